@@ -218,9 +218,8 @@ void dqw_normal_alone_q15(const dqw_normal_q15 *n, int32_t x_q28[2][DQW_NORMAL_I
         back(&f, inputs, y_q40, t_q40[row]);
     }
     for (int i = 0; i < inputs; i++) {
-        const bool out = (f.out >> i & 1u) != 0;
-        const int64_t own_q40 = out ? NOT_LEARNED : inverse_diagonal_q40(&f, inputs, i);
-        // x was scaled by 2^half, P is by as much twice.
+        // 0 of one that was left out: so is what is over it. x was scaled by 2^half, P is by as much twice.
+        const int64_t own_q40 = inverse_diagonal_q40(&f, inputs, i);
         for (int row = 0; row < 2; row++)
             x_q28[row][i] = own_q40 == NOT_LEARNED
                                 ? 0
