@@ -894,6 +894,76 @@ static void test_units_of_the_cross_weights(void)
     TEST_ASSERT_TRUE(u.psi_q40 == dqw_estimator_whole_q40(&e, &u, DQW_PSI));
 }
 
+// Both weights of dead time are counted in thirtieths of the full voltage once pole pairs are known.
+static void test_units_of_dead_time(void)
+{
+    pair p;
+    configure(&p, 0.3, 0.05);
+    begin(&p);
+    dqw_units_q15 u;
+    (void)dqw_units_of_q15(&p.qc, p.q.pole_pairs, &u);
+    for (int i = DQW_DEAD_TIME; i <= DQW_DEAD_CONSTANT; i += DQW_DEAD_CONSTANT - DQW_DEAD_TIME)
+        BETWEEN(1 / 30.0 - 1e-9, ldexp((double)dqw_estimator_whole_q40(&p.q, &u, i), -40), 1 / 30.0 + 1e-9);
+}
+
+// Of a sample all is kept for the next pair; its voltage may be another one's.
+static void test_a_sample_is_kept_whole(void)
+{
+    for (int next = 0; next < 2; next++) {
+        pair p;
+        configure(&p, 0.3, 0.0);
+        p.qc.voltage_next = next == 1;
+        begin(&p);
+        const dqw_sample_q15 s = {.v_d_q15 = 100,
+                                  .v_q_q15 = 200,
+                                  .i_d_q15 = 300,
+                                  .i_q_q15 = 400,
+                                  .w_m_q15 = 500,
+                                  .cosine_q15 = 32000,
+                                  .sine_q15 = 600,
+                                  .temp_winding_cC = 700,
+                                  .temp_magnet_cC = 800,
+                                  .resting = 5};
+        (void)dqw_estimator_sample_q15(&p.q, &s, false);
+        const dqw_sample_q15 *l = &p.q.last;
+        CASE("next %d", next);
+        HOLDS(next == 1 || (l->v_d_q15 == 100 && l->v_q_q15 == 200 && l->resting == 5));
+        HOLDS(l->i_d_q15 == 300 && l->i_q_q15 == 400 && l->w_m_q15 == 500);
+        HOLDS(l->cosine_q15 == 32000 && l->sine_q15 == 600);
+        HOLDS(l->temp_winding_cC == 700 && l->temp_magnet_cC == 800);
+    }
+}
+
+// One sample that did not come is one that was refused.
+static void test_one_missing_sample_is_a_refused_one(void)
+{
+    pair missing;
+    pair refused;
+    configure(&missing, 0.3, 0.0);
+    begin(&missing);
+    configure(&refused, 0.3, 0.0);
+    begin(&refused);
+    int gaps = 0;
+    for (long k = 0; k < 1000; k++) {
+        const dqw_sample s = moving(k, 0.5, 0.0, NULL);
+        const dqw_sample_q15 q = rounded(&s);
+        const bool gap = k % 37 == 36;
+        gaps += gap;
+        (void)dqw_estimator_sample_q15(&refused.q, &q, gap);
+        if (gap)
+            dqw_estimator_missing_q15(&missing.q, 1);
+        else
+            (void)dqw_estimator_sample_q15(&missing.q, &q, false);
+        (void)dqw_estimator_background_q15(&missing.q);
+        (void)dqw_estimator_background_q15(&refused.q);
+        CASE("sample %ld", k);
+        HOLDS(missing.q.halves == refused.q.halves);
+        TEST_ASSERT_EQUAL_MEMORY(&refused.q.window, &missing.q.window, sizeof missing.q.window);
+    }
+    HOLDS(missing.q.halves > 40 && missing.q.blocks == refused.q.blocks);
+    HOLDS((int)missing.q.gate.nonfinite == gaps && (int)refused.q.gate.saturated == gaps);
+}
+
 // A part of the full voltage in millionths, rounded down.
 static void test_recent_residual_in_millionths(void)
 {
@@ -1200,6 +1270,9 @@ int main(void)
     RUN_TEST(test_which_nominal_values_are_units);
     RUN_TEST(test_units_without_nominal_values);
     RUN_TEST(test_units_of_the_cross_weights);
+    RUN_TEST(test_units_of_dead_time);
+    RUN_TEST(test_a_sample_is_kept_whole);
+    RUN_TEST(test_one_missing_sample_is_a_refused_one);
     RUN_TEST(test_recent_residual_in_millionths);
     RUN_TEST(test_how_large_a_parameter_is);
     RUN_TEST(test_stage_two_takes_fifty_blocks);

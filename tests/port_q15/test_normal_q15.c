@@ -286,6 +286,14 @@ static void test_near_singular_inputs_are_left_out(void)
             BETWEEN(-most, w.w_q40[1] / ONE_Q40 - 0.3, most);
             BETWEEN(-most, w.w_q40[2] / ONE_Q40 + 0.2, most);
         } else {
+            // Of the second beside the first, whatever was left out behind them.
+            const int32_t x = 1 << 26;
+            int32_t both[2][DQW_NORMAL_INPUTS] = {{x, x, x}, {-x, x, x}};
+            dqw_normal_alone_q15(&s, both);
+            const double slope = (double)s.a_q32[1] / (double)s.a_q32[0];
+            for (int row = 0; row < 2; row++)
+                BETWEEN(-1e-5, both[row][1] / (double)x - (row ? 1 + slope : 1 - slope), 1e-5);
+            HOLDS(both[0][2] == 0 && both[1][2] == 0);
             HOLDS(w.out == 4 && w.cov_q40[1] == INT64_MAX && w.cov_q40[2] == INT64_MAX && w.w_q40[2] == start[2]);
         }
         HOLDS(w.left_q32 >= 0);
@@ -327,10 +335,12 @@ static void test_full_sums_halve(void)
         const int32_t x[2] = {(int32_t)(random_bits(&r) & 1u ? INT32_MAX : INT32_MIN), (int32_t)random_bits(&r)};
         const int32_t y = (int32_t)(0.25 * x[0] + 0.5 * x[1]);
         const int64_t before = s.a_q32[0];
+        const int64_t target = s.c_q32;
         dqw_normal_add_q15(&s, x, y);
         if (s.a_q32[0] < before) {
             halved++;
             BETWEEN(0.4999, (double)s.a_q32[0] / (double)before, 0.5001);
+            BETWEEN(0.4999, (double)s.c_q32 / (double)target, 0.5001);
         }
         HOLDS(s.a_q32[0] < (int64_t)1 << 62 && s.c_q32 < (int64_t)1 << 62);
         if (k == 999) {

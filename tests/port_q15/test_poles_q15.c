@@ -174,6 +174,20 @@ static void went_on(const sums *s, int p)
     alike(40.0 * p * 1e-4, e.turn_q28 / 268435456.0, 1e-6, "turn");
 }
 
+// The weights as they are known now; all else begins anew. (E91)
+static void began_anew(const sums *s, int p)
+{
+    const folded f = fold(s, p);
+    dqw_units_q15 u;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_units_of_q15(&config, (uint32_t)p, &u));
+    for (int i = 0; i < N; i++) {
+        const double w = i < AFTER ? f.w[i] : 0;
+        alike(w, e.w_q24[i] / Q24, 2e-5 * (1 + fabs(w)), "weight at the start");
+        HOLDS(e.cov_q40[i] == dqw_estimator_start_cov_q40(&e, &u, i) && e.normal.b_q32[i] == 0);
+    }
+    HOLDS(e.learned == 0 && e.blocks == 0);
+}
+
 static void test_which_integer_is_left(void)
 {
     test_random r = {740};
@@ -183,7 +197,8 @@ static void test_which_integer_is_left(void)
     for (int n = 0; n < scaled(12000); n++) {
         start(true);
         // Without a width nothing but the machine's own is learned from then on.
-        config.dead_time_width_mA = 0, e.wide_q28 = 0;
+        const bool more = n % 7 == 6;
+        if (!more) config.dead_time_width_mA = 0, e.wide_q28 = 0;
         const double pole_pairs = n % 5 != 0 ? (double)(1 + random_bits(&r) % 30) : random_uniform(&r, 1, 30);
         const sums s = taught(&r, pole_pairs, pow(10, random_uniform(&r, -4, -1)), n % 2 ? 0.5 : 2);
         // The start may be of the axis that tells less.
@@ -206,7 +221,7 @@ static void test_which_integer_is_left(void)
         }
         found[parabolas]++;
         if (fabs(pole_pairs - expected) > 0.25) against++;
-        went_on(&s, expected);
+        (more ? began_anew : went_on)(&s, expected);
     }
     CASE("%d, %d, %d, %d, %d", none, found[1], found[2], found[3], against);
     HOLDS(none > scaled(900) && found[1] > scaled(900) && found[2] > 3 && found[3] >= scaled(3) / 2);
@@ -242,10 +257,42 @@ static void test_a_slope_that_noise_has_shrunk(void)
             }
 }
 
+// Both weights of the axis that tells more must be known, and the sums have room.
+static void test_what_it_takes(void)
+{
+    for (int n = 0; n < 20; n++)
+        for (int way = 0; way < 5; way++) {
+            test_random r = {(uint64_t)(770 + n)};
+            start(true);
+            sums s = taught(&r, 1 + n, 1e-3, 0.5);
+            const int own = e.cov_q40[DQW_POLES_LQ_Q15] < e.cov_q40[DQW_POLES_LD_Q15] ? DQW_LQ : DQW_LD;
+            const int cross = own + DQW_POLES_LD_Q15 - DQW_LD;
+            if (way == 1) e.learned &= ~(1u << own);
+            if (way == 2) e.learned &= ~(1u << cross);
+            // The largest of 50 bits, or of one more.
+            int64_t largest = 0;
+            for (int i = 0; i < BEFORE; i++)
+                if (e.normal.a_q32[DQW_NORMAL_A(i, i)] > largest) largest = e.normal.a_q32[DQW_NORMAL_A(i, i)];
+            int bits = 0;
+            while (largest >> bits != 0) bits++;
+            const int64_t by = way < 3 ? 1 : (int64_t)1 << (47 + way - bits);
+            for (int k = 0; k < DQW_NORMAL_A(0, BEFORE); k++) e.normal.a_q32[k] *= by;
+            for (int i = 0; i < BEFORE; i++)
+                for (int j = 0; j < BEFORE; j++) s.a[i][j] *= (double)by;
+            int parabolas;
+            bool near;
+            TEST_ASSERT_EQUAL_INT(1 + n, told(&s, &parabolas, &near));
+            dqw_poles_find_q15(&e, &nothing);
+            CASE("%d pole pairs, way %d", 1 + n, way);
+            HOLDS(e.pole_pairs == (way == 0 || way == 3 ? 1 + n : 0));
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_which_integer_is_left);
+    RUN_TEST(test_what_it_takes);
     RUN_TEST(test_a_slope_that_noise_has_shrunk);
     return UNITY_END();
 }

@@ -359,6 +359,7 @@ static void test_what_pairs_say_is_bounded(void)
         for (int n = 0; n < 3; n++) {
             CASE("weight %g, pole %g", weights[k], poles[n]);
             dqw_ordinal_q15 o = begin(DQW_ORDINAL_PAIRS_Q15, 0, 0.3, 3e-4).q;
+            dqw_ordinal_q15 output = begin(DQW_ORDINAL_OUTPUT_ERROR_Q15, 0, 0.3, 3e-4).q;
             // Of pairs each by itself.
             test_random r = {8};
             for (int pair = 0; pair < 200; pair++) {
@@ -366,11 +367,17 @@ static void test_what_pairs_say_is_bounded(void)
                 const double y = random_uniform(&r, -0.3, 0.3);
                 const int16_t x_is = q15(x);
                 const int16_t y_is = q15(y);
-                dqw_ordinal_step_q15(&o, x_is, y_is);
-                dqw_ordinal_step_q15(&o, 0, (int16_t)lrint(weights[k] * x_is + poles[n] * y_is));
-                dqw_ordinal_step_q15(&o, INT16_MIN, 0);
+                for (int both = 0; both < 2; both++) {
+                    dqw_ordinal_q15 *learner = both ? &output : &o;
+                    dqw_ordinal_step_q15(learner, x_is, y_is);
+                    dqw_ordinal_step_q15(learner, 0, (int16_t)lrint(weights[k] * x_is + poles[n] * y_is));
+                    dqw_ordinal_step_q15(learner, INT16_MIN, 0);
+                }
             }
             (void)dqw_ordinal_end_epoch_q15(&o);
+            // What no circuit has is no start for the neuron's own output.
+            (void)dqw_ordinal_end_epoch_q15(&output);
+            HOLDS(output.from_pairs == !(weights[k] > 0 && n == 1));
             BETWEEN(-2e-3, o.b_q27 / 134217728.0 - fmax(-8, fmin(8, weights[k])), 2e-3);
             BETWEEN(-3e-4, o.a_q31 / 2147483648.0 - fmax(0.01, fmin(0.9995, poles[n])), 3e-4);
         }
