@@ -160,7 +160,6 @@ enum dqw_status dqw_effect_init(dqw_effect *e, const dqw_effect_config *list, in
 
 bool dqw_effect_finite(const dqw_effect *e, const dqw_sample *s)
 {
-    if (e->needs_angle && !dqw_is_direction(s->cosine, s->sine)) return false;
     if (e->needs_winding && !dqw_is_finite(s->temp_winding_C)) return false;
     return !e->needs_magnet || dqw_is_finite(s->temp_magnet_C);
 }

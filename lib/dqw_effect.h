@@ -64,8 +64,8 @@ static inline int dqw_effect_weights_of(const dqw_effect *e, enum dqw_effect_nam
 /// inverse.
 float dqw_effect_input_base(const dqw_effect *e, int index);
 
-/// True where every signal that the effects need, beyond voltages, currents and speed, is a number.
-/// Cost     up to three comparisons
+/// True where every temperature that the effects need is a number. An angle is whoever's who has one to see to.
+/// Cost     up to two comparisons
 bool dqw_effect_finite(const dqw_effect *e, const dqw_sample *s);
 
 /// Heating by the currents of a sample. Every sample heats, also one that may not be learned.

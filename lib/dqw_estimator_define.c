@@ -194,8 +194,7 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     n.modulation = (uint8_t)(unknown ? DQW_MODULATION_CENTRED : c->modulation);
     n.trial = unknown && n.dead_time_width_A > 0.0f && !c->settled ? DQW_ESTIMATOR_SEEKS : 0;
     const int half = c->settled ? 1 : c->half_window != 0 ? c->half_window : HALF_WINDOW;
-    status = dqw_window_init(&n.window, half, DQW_PLAIN_SIGNALS + 2 * (n.inputs - DQW_PARAMETERS));
-    if (status != DQW_OK) return DQW_ERR_HALF_WINDOW;
+    (void)dqw_window_init(&n.window, half, DQW_PLAIN_SIGNALS + 2 * (n.inputs - DQW_PARAMETERS));
     for (int i = 0; i < n.inputs; i++)
         if (!dqw_is_positive(dqw_estimator_unit(&n, i))) return DQW_ERR_UNIT;
     dqw_estimator_start(&n, NULL);
@@ -206,7 +205,6 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     n.i_limit_bits = dqw_size_bits(c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A);
     n.w_limit_bits = dqw_size_bits(WILD * c->w_base_rad_s);
     dqw_gate_init(&n.gate, c->stale_limit);
-    dqw_noise_init(&n.noise);
     dqw_stage_init(&n.stage, c->threshold_ppm);
     dqw_stage_define(&n.stage);
     *e = n;

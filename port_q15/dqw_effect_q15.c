@@ -280,7 +280,6 @@ enum dqw_status dqw_effect_init_q15(dqw_effect_q15 *e, const dqw_effect_q15_conf
 
 bool dqw_effect_finite_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s)
 {
-    if (e->needs_angle && !dqw_scale_is_direction(s->cosine_q15, s->sine_q15)) return false;
     if (e->needs_winding && s->temp_winding_cC == INT16_MIN) return false;
     return !e->needs_magnet || s->temp_magnet_cC != INT16_MIN;
 }

@@ -89,8 +89,8 @@ static inline int dqw_effect_weights_of_q15(const dqw_effect_q15 *e, enum dqw_ef
     return name == DQW_EFFECT_DEAD_TIME && e->dead_time_apart ? 0 : dqw_effect_weights(name);
 }
 
-/// Is every temperature and angle that the effects need a number (not INT16_MIN, not beside the unit circle); is one of
-/// them 327 K or more from T_0?
+/// Is every temperature that the effects need a number (not INT16_MIN); is one of them 327 K or more from T_0? An angle
+/// is whoever's who has one to see to.
 /// Cost     up to four comparisons an effect of temperature
 bool dqw_effect_finite_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s);
 bool dqw_effect_saturated_q15(const dqw_effect_q15 *e, const dqw_sample_q15 *s);

@@ -180,7 +180,6 @@ static enum dqw_status check_effects(const dqw_estimator_q15_config *c, dqw_scal
     }
     *scale = c->scale;
     if (c->speed_electrical) scale->pole_pairs = 1;
-    if (c->effect_count > 0 && scale->pole_pairs == 0) return DQW_ERR_EFFECT_POLE_PAIRS;
     const dqw_effect_q15_base base = {
         .scale = scale, .settled = c->settled, .dead_time_apart = true, .half_window = half_of(c)};
     const enum dqw_status status = dqw_effect_init_q15(effect, c->effects, c->effect_count, &base);
