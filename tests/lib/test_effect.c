@@ -1250,6 +1250,32 @@ static void test_slow_heat_is_not_lost_to_rounding(void)
     }
 }
 
+// Frictions by their closed forms, each with its own width.
+static void test_laws_of_friction(void)
+{
+    static const float widths[] = {0.25f, 1.0f, 4.0f};
+    for (int n = 0; n < 3; n++)
+        for (int k = -12; k <= 12; k++) {
+            const float w = 0.5f * (float)k;
+            const double way = tanh((double)w / (double)widths[n]);
+            const double falls = exp(-pow((double)w / 3, 2));
+            const struct {
+                enum dqw_effect_name effect;
+                double x;
+            } laws_of[] = {{DQW_EFFECT_COULOMB_FRICTION, way},
+                           {DQW_EFFECT_DIRECTION_ASYMMETRY, fabs(way)},
+                           {DQW_EFFECT_STRIBECK_FRICTION, way * falls},
+                           {DQW_EFFECT_LOAD_TORQUE, 1}};
+            for (int i = 0; i < 4; i++) {
+                const dqw_effect_config c = {.effect = laws_of[i].effect, .shape = {widths[n], 3.0f}};
+                float x[DQW_EFFECT_STARTS] = {NAN};
+                dqw_effect_torque(&c, w, 0.0f, x);
+                CASE("effect %d of width %g at %g rad/s", (int)laws_of[i].effect, (double)widths[n], (double)w);
+                BETWEEN(-1e-6, (double)x[0] - laws_of[i].x, 1e-6);
+            }
+        }
+}
+
 // After a time constant or ten at once it is as warm as the current makes it.
 static void test_heat_does_not_overshoot(void)
 {
@@ -1343,6 +1369,7 @@ int main(void)
     RUN_TEST(test_what_an_effect_needs_must_be_a_number);
     RUN_TEST(test_no_pair_uses_a_refused_sample);
     RUN_TEST(test_slow_heat_is_not_lost_to_rounding);
+    RUN_TEST(test_laws_of_friction);
     RUN_TEST(test_heat_does_not_overshoot);
     RUN_TEST(test_defined_anew_it_forgets_all_but_the_counts);
     return UNITY_END();

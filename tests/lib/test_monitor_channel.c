@@ -76,6 +76,17 @@ static void test_bands_are_the_documented_ones(void)
     HOLDS(dqw_monitor_alpha(&m) == 0.5f && dqw_monitor_beta(&m) == 0.25f);
 }
 
+// A map's weights are followed, each in parts of itself. (E104)
+static void test_least_bands_of_a_map(void)
+{
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    float band[DQW_FOLLOWED];
+    for (int i = DQW_PARAMETERS; i < DQW_FOLLOWED; i++) m.estimator.w_pu[i] = (i % 2 ? -0.3f : 0.5f);
+    dqw_estimator_least_bands(&m.estimator, band);
+    for (int i = DQW_PARAMETERS; i < DQW_FOLLOWED; i++) NEAR(0.002 * (i % 2 ? 0.3 : 0.5), (double)band[i]);
+}
+
 static void test_what_a_channel_reads(void)
 {
     const dqw_monitor_config c = config_of();
@@ -435,6 +446,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_bands_are_the_documented_ones);
+    RUN_TEST(test_least_bands_of_a_map);
     RUN_TEST(test_what_a_channel_reads);
     RUN_TEST(test_what_is_surely_a_change);
     RUN_TEST(test_what_would_be_an_event);

@@ -75,6 +75,12 @@ static void test_init_names_the_field_and_leaves_the_object_alone(void)
     REFUSED(e, DQW_ERR_EFFECT_LIST, dqw_estimator_init_q15(&e, &p.qc));
     static const dqw_effect_q15_config one = {.effect = DQW_EFFECT_IRON_LOSS};
     p.qc.effects = &one;
+    // One alone needs the pole pairs.
+    p.qc.effect_count = 1;
+    p.qc.scale.pole_pairs = 0;
+    REFUSED(e, DQW_ERR_EFFECT_POLE_PAIRS, dqw_estimator_init_q15(&e, &p.qc));
+    p.qc = good;
+    p.qc.effects = &one;
     p.qc.effect_count = UINT8_MAX;
     REFUSED(e, DQW_ERR_EFFECT_ROOM, dqw_estimator_init_q15(&e, &p.qc));
     p.qc.effect_count = 0;
@@ -1212,6 +1218,26 @@ static void test_what_stage_two_can_hold(void)
     }
 }
 
+// What a motion never shows stays where it started.
+static void test_stage_two_leaves_what_it_does_not_see(void)
+{
+    static dqw_estimator_random_q15 lent;
+    dqw_estimator_random_init_q15(&lent);
+    int32_t w_q24[DQW_LEARNER_INPUTS_Q15];
+    for (int i = 0; i < DQW_LEARNER_INPUTS_Q15; i++) w_q24[i] = 12345678 + i;
+    test_random r = {132};
+    bool done = false;
+    for (int n = 0; n < 4000 && !done; n++)
+        for (int axis = 0; axis < 2; axis++) {
+            int32_t x_q28[DQW_LEARNER_INPUTS_Q15] = {0};
+            x_q28[DQW_R] = (int32_t)lrint(ldexp(random_uniform(&r, -0.9, 0.9), 28));
+            done = lent.learn(&lent, x_q28, 2 * x_q28[DQW_R], axis == 0 ? NULL : w_q24);
+        }
+    HOLDS(done);
+    BETWEEN(1.98, ldexp(w_q24[DQW_R], -24), 2.02);
+    for (int i = 1; i < DQW_LEARNER_INPUTS_Q15; i++) HOLDS(w_q24[i] == 12345678 + i);
+}
+
 // Stage 2 with lent memory: the Random Learner alone, then learning begins from its weights, which are near.
 static void test_stage_two_with_lent_memory(void)
 {
@@ -1283,6 +1309,7 @@ int main(void)
     RUN_TEST(test_a_half_carries_its_angle);
     RUN_TEST(test_what_goes_with_a_block);
     RUN_TEST(test_what_stage_two_can_hold);
+    RUN_TEST(test_stage_two_leaves_what_it_does_not_see);
     RUN_TEST(test_stage_two_with_lent_memory);
     return UNITY_END();
 }

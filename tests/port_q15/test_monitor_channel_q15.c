@@ -148,6 +148,24 @@ static void test_what_a_channel_reads(void)
         m.witness.power_q52[k] = 0;
         HOLDS(sd_of(&m, DQW_WATCH_OFFSET + k) == INT64_MAX);
     }
+    // A map's deviation is its effect's, wider than that of a change by what an opening left open.
+    m.estimator.learned = 3u << DQW_PARAMETERS;
+    m.estimator.blocks = 1000;
+    m.estimator.residual.opened = 1;
+    for (int i = 0; i < 2; i++) {
+        m.estimator.cov_q40[DQW_PARAMETERS + i] = (int64_t)1 << 30;
+        m.estimator.segment.band_q28[DQW_PARAMETERS + i] = fixed(0.01, Q28);
+    }
+    int64_t map_q40[2];
+    int64_t map_sd_q40[2];
+    (void)dqw_estimator_read_effect_q15(&m.estimator, 0, map_q40, map_sd_q40);
+    for (int i = 0; i < 2; i++) {
+        const dqw_reading_q15 r = dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)(DQW_WATCH_MAP_D + i));
+        CASE("map %d", i);
+        HOLDS(r.sd_q40 == map_sd_q40[i] && r.sd_q40 > r.sd_change_q40);
+    }
+    m.estimator.learned = 0;
+    m.estimator.blocks = 0;
     // Friction is known from eight reversals on. (E65)
     m.friction_q24 = fixed(-0.3, Q24);
     m.healthy.friction_q24 = fixed(0.5, Q24);

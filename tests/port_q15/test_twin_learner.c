@@ -273,6 +273,23 @@ static void test_noisy_inputs(void)
     }
 }
 
+// Errors beyond what a step may be are corrected by one of the full scale: from 1 to 0, and no further.
+static void test_a_step_is_bounded(void)
+{
+    for (int way = -1; way <= 1; way += 2)
+        for (int size = 1; size <= 2; size++) {
+            const dqw_learner_config_q15 d = {.inputs = 1, .step_size_q15 = size * 30000};
+            dqw_learner_q15 q;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_learner_init_q15(&q, &d));
+            q.w_q31[0] = way * INT32_MAX;
+            const int16_t x[1] = {INT16_MIN};
+            // An error of two full scales, by 0.92 or 1.83 of them.
+            BETWEEN(-1e-4, dqw_learner_learn_q15(&q, x, (int16_t)(way * INT16_MAX)) / 268435456.0 - 2 * way, 1e-4);
+            CASE("way %d, size %d", way, size);
+            BETWEEN(-1e-3, of_q31(q.w_q31[0]), 1e-3);
+        }
+}
+
 // A truth outside the range of the weights: they stop at its edge and come back.
 static void test_weights_stop_at_one_and_come_back(void)
 {
@@ -359,6 +376,7 @@ int main(void)
     RUN_TEST(test_init_refuses_and_leaves_the_object_alone);
     RUN_TEST(test_every_mode_takes_the_float_path);
     RUN_TEST(test_noisy_inputs);
+    RUN_TEST(test_a_step_is_bounded);
     RUN_TEST(test_weights_stop_at_one_and_come_back);
     RUN_TEST(test_a_wild_step_is_bounded);
     RUN_TEST(test_no_error_is_too_small);

@@ -200,6 +200,22 @@ static void test_backward_difference(void)
     }
 }
 
+// Weights that no circuit has, have no resistance.
+static void test_weights_without_a_meaning(void)
+{
+    static const int32_t none[] = {0, -1, INT32_MIN / 2};
+    for (int discretisation = 0; discretisation < 2; discretisation++)
+        for (int k = 0; k < 3; k++) {
+            CASE("discretisation %d, weight %d", discretisation, (int)none[k]);
+            dqw_ordinal_q15 o = begin(0, discretisation, 0.3, 3e-4).q;
+            HOLDS(dqw_ordinal_R_from_x_q15(&o, 300000) > 0 && dqw_ordinal_R_from_y_q15(&o, 300000) > 0);
+            o.b_q27 = none[k];
+            HOLDS(dqw_ordinal_R_from_x_q15(&o, 300000) == 0 && dqw_ordinal_R_from_y_q15(&o, 300000) > 0);
+            o.a_q31 = none[k];
+            HOLDS(dqw_ordinal_R_from_y_q15(&o, 300000) == 0);
+        }
+}
+
 // A sample beyond the full scale breaks the chain: no pair spans it.
 static void test_gaps(void)
 {
@@ -414,6 +430,7 @@ int main(void)
     RUN_TEST(test_exponential_and_logarithm);
     RUN_TEST(test_epochs_of_both_forms);
     RUN_TEST(test_backward_difference);
+    RUN_TEST(test_weights_without_a_meaning);
     RUN_TEST(test_gaps);
     RUN_TEST(test_how_far_apart_two_unknowns_must_be);
     RUN_TEST(test_what_pairs_say_is_bounded);
