@@ -1341,7 +1341,8 @@ static void test_every_effect_has_its_row(void)
     for (int k = 0; k < 4; k++) {
         CASE("no effect %d", none[k]);
         HOLDS(dqw_effect_weights((enum dqw_effect_name)none[k]) == 0 &&
-              dqw_effect_needs((enum dqw_effect_name)none[k]) == 0);
+              dqw_effect_needs((enum dqw_effect_name)none[k]) == 0 &&
+              dqw_effect_shape_of((enum dqw_effect_name)none[k]) == DQW_SHAPE_FREE);
     }
 }
 

@@ -148,8 +148,33 @@ static void test_what_a_channel_reads(void)
     dqw_monitor_read_channel(&m, DQW_WATCH_TEMPERATURE, &x);
     NEAR(0.25 / 0.0039, x.now);
     HOLDS(x.change == x.now && x.sd == DQW_UNKNOWN);
-    m.estimator.learned = 1u << DQW_R;
     m.estimator.blocks = 1000;
+    // A parameter is read as the estimator has it: wider than a change by what an opening left open.
+    m.estimator.learned = (1u << DQW_PARAMETERS) - 1u;
+    m.estimator.opened = 1;
+    m.estimator.segment.since = 1;
+    m.estimator.error_pu2[0] = m.estimator.error_pu2[1] = 1e-12f;
+    for (int i = 0; i <= DQW_WATCH_ANGLE; i++) {
+        m.estimator.segment.band_pu[i] = 100.0f;
+        const dqw_reading r = dqw_monitor_read(&m, (enum dqw_monitor_channel)i);
+        const dqw_reading of = dqw_estimator_read(&m.estimator, (enum dqw_parameter)i);
+        CASE("channel %d", i);
+        HOLDS(r.value == of.value && r.sd == of.sd && r.sd_change == of.sd_change && r.usable == of.usable);
+        HOLDS(r.sd > 1.01f * r.sd_change);
+        // A stage that begins anew has nothing to use.
+        m.estimator.segment.band_pu[i] = 0.0f;
+        m.estimator.gain.d[i] = 1e-3f;
+        if (i > DQW_WATCH_PSI) m.estimator.w_pu[i] = 0.5f;
+        for (int anew = 0; anew < 2; anew++) {
+            m.estimator.stage.name = anew ? DQW_STAGE_DOMAIN : DQW_STAGE_RANDOM;
+            HOLDS(dqw_monitor_read(&m, (enum dqw_monitor_channel)i).usable == (anew == 0));
+        }
+        m.estimator.stage.name = DQW_STAGE_RANDOM;
+    }
+    m.estimator.error_pu2[0] = m.estimator.error_pu2[1] = 0.0f;
+    m.estimator.opened = 0;
+    m.estimator.segment.since = 0;
+    m.estimator.learned = 1u << DQW_R;
     const double R_sd = (double)dqw_monitor_read(&m, DQW_WATCH_R).sd;
     HOLDS(R_sd < (double)DQW_UNKNOWN);
     NEAR(R_sd / (0.44 * 0.0039), dqw_monitor_read(&m, DQW_WATCH_TEMPERATURE).sd);
@@ -310,6 +335,10 @@ static void test_what_the_configuration_does_not_ask_for(void)
     c.estimator.dead_time_width_A = 0;
     m = serving(&c);
     only(&m, BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    c = config_of();
+    c.estimator.observed = true;
+    m = serving(&c);
+    only(&m, BIT(DQW_WATCH_LQ), DQW_WHY_OBSERVED);
     c = config_of();
     c.estimator.encoder_offset = false;
     m = serving(&c);

@@ -642,7 +642,7 @@ static void test_what_is_usable(void)
     const dqw_shaft_config c = config_of(false);
     dqw_shaft m = learn(&c);
     const dqw_reading B = dqw_shaft_read(&m, DQW_B);
-    HOLDS(B.usable && B.sd > 0.0f);
+    HOLDS(B.usable && B.sd > 0.0f && B.sd_change == B.sd);
     const float least_pu = 30.0f * B.sd / m.B_unit_Nms_rad;
     const float factor[] = {1.01f, 0.99f, 0.0f, -1.01f, -100.0f};
     for (int k = 0; k < 5; k++) {

@@ -447,6 +447,28 @@ static void test_scores_are_of_weights(void)
     }
 }
 
+// What runs away begins anew, and is counted as far as there is room.
+static void test_a_weight_beyond_all_bounds(void)
+{
+    begin();
+    config.dead_time_width_mA = 0;
+    config.noise_on_inputs = config.encoder_offset = false;
+    for (int restarts = 253; restarts <= 255; restarts++)
+        for (int way = -1; way <= 1; way++) {
+            start();
+            e.restarts = (uint8_t)restarts;
+            e.blocks = 100;
+            e.excess_q10[DQW_R] = 8191;
+            if (way != 0) e.w_q24[DQW_PSI] = way * ((int32_t)1 << 30);
+            dqw_estimator_q15_block b = {.weight = 420};
+            b.sums[2] = b.sums[0] = 3000 * 420;
+            CASE("%d restarts, way %d", restarts, way);
+            HOLDS(dqw_estimator_learn_q15(&e, &b) == (way == 0));
+            HOLDS(e.restarts == (way != 0 && restarts < 255 ? restarts + 1 : restarts));
+            HOLDS(e.blocks == (way == 0 ? 101 : 0));
+        }
+}
+
 // Which legs switch is sought from the 800th block on; what comes before is learned. (E102)
 static void test_when_a_search_begins(void)
 {
@@ -474,6 +496,7 @@ int main(void)
     RUN_TEST(test_what_noise_took_is_put_back);
     RUN_TEST(test_where_stage_three_begins);
     RUN_TEST(test_scores_are_of_weights);
+    RUN_TEST(test_a_weight_beyond_all_bounds);
     RUN_TEST(test_when_a_search_begins);
     return UNITY_END();
 }

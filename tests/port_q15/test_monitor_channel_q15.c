@@ -210,7 +210,7 @@ static void test_what_a_channel_reads(void)
 // A change is one beyond the band, or beyond five deviations of itself and of a mean over so many looks. (E63)
 static void test_what_is_surely_a_change(void)
 {
-    const dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15_config c = config_of();
     dqw_monitor_q15 m;
     begin(&m, &c);
     const double band = 0.04 * HEALTHY[0];
@@ -237,6 +237,17 @@ static void test_what_is_surely_a_change(void)
                 BETWEEN(x - 3, (double)dqw_monitor_surely_q15(&m, channel, 0), x + 3);
             }
         }
+    // Three times what segments scatter, where they are made.
+    for (int follow = 0; follow < 2; follow++)
+        for (int i = DQW_WATCH_R; i <= DQW_WATCH_ANGLE; i++)
+            for (int part = 0; part < 4; part++) {
+                c.estimator.follow = follow == 1;
+                const double width = dqw_monitor_band_of_q15(&m, i);
+                m.estimator.segment.band_q28[i] = (int32_t)lrint(0.25 * part * 16 * width);
+                const double x = width * (follow ? fmax(1, 0.75 * part) : 1);
+                CASE("channel %d, follow %d, a quarter of its band by %d", i, follow, part);
+                BETWEEN(x - 4, (double)dqw_monitor_surely_q15(&m, i, 0), x + 4);
+            }
 }
 
 // What would be an event: known in service alone, of a mean of twenty looks or more.
@@ -359,6 +370,10 @@ static void test_what_the_configuration_does_not_ask_for(void)
     c.estimator.dead_time_width_mA = 0;
     serving(&m, &c);
     only(&m, BIT(DQW_WATCH_DEAD_TIME), DQW_WHY_NOT_ASKED);
+    c = config_of();
+    c.estimator.observed = true;
+    serving(&m, &c);
+    only(&m, BIT(DQW_WATCH_LQ), DQW_WHY_OBSERVED);
     c = config_of();
     c.estimator.encoder_offset = false;
     serving(&m, &c);

@@ -185,7 +185,7 @@ static void began_anew(const sums *s, int p)
         alike(w, e.w_q24[i] / Q24, 2e-5 * (1 + fabs(w)), "weight at the start");
         HOLDS(e.cov_q40[i] == dqw_estimator_start_cov_q40(&e, &u, i) && e.normal.b_q32[i] == 0);
     }
-    HOLDS(e.learned == 0 && e.blocks == 0);
+    HOLDS(e.learned == 0 && e.blocks == 0 && e.across == 0);
 }
 
 static void test_which_integer_is_left(void)
@@ -206,6 +206,8 @@ static void test_which_integer_is_left(void)
         if (n % 3 == 0) e.cov_q40[DQW_POLES_LD_Q15] = e.cov_q40[DQW_POLES_LQ_Q15];
         if (n % 3 == 0) e.cov_q40[DQW_POLES_LQ_Q15] = cov_q40;
         for (int i = DQW_DEAD_TIME; i < N; i++) e.excess_q10[i] = 77;
+        for (int i = 0; i <= N; i++) e.normal.a_q32[DQW_NORMAL_A(i, N)] = 1000;
+        e.across = 9;
         for (int i = 0; i < N; i++) e.normal.b_q32[i] = 99;
         e.normal.c_q32 = 1000;
         int parabolas;

@@ -263,6 +263,19 @@ static void test_any_bits(void)
     }
 }
 
+static void test_segments_are_counted_as_far_as_there_is_room(void)
+{
+    dqw_segment_q15 s;
+    dqw_segment_q15_known known;
+    for (int k = 0; k < WEIGHTS; k++) known.least_q28[k] = known.model_q28[k] = known.wide_q28[k] = 100000;
+    dqw_segment_init_q15(&s, known.least_q28);
+    s.segments = UINT16_MAX - 1;
+    for (int n = 0; n < 3; n++) {
+        int32_t move[WEIGHTS];
+        HOLDS(dqw_segment_end_q15(&s, (int64_t)1 << 40, &known, move) == -1 && s.segments == UINT16_MAX);
+    }
+}
+
 static void test_its_state_is_small(void) { HOLDS(sizeof(dqw_segment_q15) <= (DQW_MAP_WEIGHTS > 0 ? 352 : 260)); }
 
 int main(void)
@@ -273,6 +286,7 @@ int main(void)
     RUN_TEST(test_a_jump_beyond_all_bands);
     RUN_TEST(test_both_end_alike);
     RUN_TEST(test_any_bits);
+    RUN_TEST(test_segments_are_counted_as_far_as_there_is_room);
     RUN_TEST(test_its_state_is_small);
     return UNITY_END();
 }

@@ -553,6 +553,28 @@ static void test_the_threshold_of_learned(void)
     }
 }
 
+// Where the weights explain all, a deviation is that of a residual of 2^-13.5 of the torque, and of last places.
+static void test_a_residual_of_nothing(void)
+{
+    const dqw_shaft_q15_config c = {.scale = {1000000, 1000000, 1000000}, .solve_blocks = 1};
+    dqw_shaft_q15 m = begin(&c);
+    static const int16_t torques[] = {51, 30000};
+    for (int n = 0; n < 2; n++) {
+        for (int k = 0; k < 40 * HALF; k++) {
+            (void)dqw_shaft_sample_q15(&m, torques[n], 20000, 0, false);
+            // Less than nothing is left.
+            m.normal.c_q32 = -((int64_t)1 << 40);
+            m.lag_q56 = m.error_last_q28 = 0;
+            (void)dqw_shaft_background_q15(&m);
+        }
+        dqw_solution_q15 s;
+        dqw_normal_solve_q15(&m.normal, m.start_q40, &s);
+        const double floor = ldexp((double)m.target_q56, -56 - 27) + ldexp(8, -56);
+        CASE("torque %d", torques[n]);
+        BETWEEN(0.99, ldexp((double)m.sd_q40[DQW_B], -40) / sqrt(floor * ldexp((double)s.cov_q40[DQW_B], -40)), 1.01);
+    }
+}
+
 static void test_what_is_usable(void)
 {
     const dqw_shaft_q15_config c = frictional();
@@ -869,6 +891,7 @@ int main(void)
     RUN_TEST(test_missing_samples);
     RUN_TEST(test_read_before_anything_was_learned);
     RUN_TEST(test_the_threshold_of_learned);
+    RUN_TEST(test_a_residual_of_nothing);
     RUN_TEST(test_what_is_usable);
     RUN_TEST(test_a_configuration_from_a_nameplate);
     RUN_TEST(test_define_begins_anew);
