@@ -776,6 +776,10 @@ static void test_each_refusal_has_its_code(void)
                   {DQW_EFFECT_FLUX_MAP, {0.0f, 1.0f, 2.0f}, false},
                   {DQW_EFFECT_FLUX_MAP, {0.02f, 0.0f, 2.0f}, false},
                   {DQW_EFFECT_FLUX_MAP, {0.02f, 1.0f, 0.0f}, false},
+                  {DQW_EFFECT_IRON_LOSS, {0.5f, 1e-3f, 1e-3f}, true},
+                  {DQW_EFFECT_IRON_LOSS, {-0.5f, 1e-3f, 1e-3f}, false},
+                  {DQW_EFFECT_IRON_LOSS, {0.5f, -1e-3f, 1e-3f}, false},
+                  {DQW_EFFECT_IRON_LOSS, {0.5f, 1e-3f, -1e-3f}, false},
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 3.3e-39f, 5.0f}, true},
                   {DQW_EFFECT_WINDING_TEMPERATURE, {20.0f, 2.7e-39f, 5.0f}, false}};
     for (size_t k = 0; k < sizeof shapes / sizeof shapes[0]; k++) {

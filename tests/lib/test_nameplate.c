@@ -102,6 +102,8 @@ static void test_the_default_estimator(void)
     HOLDS(c.dt_s == 1e-4f && c.v_base_V == 24.0f && c.i_base_A == 10.0f && c.w_base_rad_s == 300.0f);
     HOLDS(c.pole_pairs == 2 && c.half_window == 10 && c.dead_time_width_A == 0.02f * 10.0f && c.stale_limit == 10);
     HOLDS(c.angle && c.encoder_offset && c.follow && c.noise_on_inputs);
+    const dqw_estimator_config none = dqw_estimator_config_default(NULL);
+    HOLDS(none.dt_s == 0 && none.v_base_V == 0 && none.i_base_A == 0 && none.w_base_rad_s == 0 && !none.angle);
     HOLDS(!c.observed && !c.settled && !c.voltage_next && !c.voltage_held && !c.speed_electrical);
     HOLDS(c.R_ohm == 0 && c.Ld_H == 0 && c.Lq_H == 0 && c.psi_Wb == 0 && c.v_limit_V == 0 && c.i_limit_A == 0 &&
           c.excitation_pu == 0 && c.angle_late_s == 0 && c.voltage_error_V == 0 && c.threshold_ppm == 0);

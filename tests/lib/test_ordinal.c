@@ -279,6 +279,21 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, o.epochs);
 }
 
+// In the middle of an epoch too the resistances are those of the weights as they stand.
+static void test_a_resistance_within_an_epoch(void)
+{
+    dqw_ordinal o = begin(DQW_ORDINAL_PAIRS, DQW_ORDINAL_EXACT, 0.4, 4e-4);
+    for (int way = -1; way <= 1; way++) {
+        o.delta_pu[0] = 0.1f * (float)way * o.b_pu;
+        o.delta_pu[1] = 0.02f * (float)way;
+        const double a = (double)o.a + (double)o.delta_pu[1];
+        const double b = (double)o.b_pu * (1 + 0.1 * way) * 5.0 / 2.0;
+        CASE("way %d", way);
+        BETWEEN(-1e-5, (double)dqw_ordinal_R_from_x(&o, NAN) / ((1 - a) / b) - 1, 1e-5);
+        BETWEEN(-1e-5, (double)dqw_ordinal_R_from_y(&o, 4e-4f) / (-log(a) * 4e-4 / T_S) - 1, 1e-5);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -293,5 +308,6 @@ int main(void)
     RUN_TEST(test_weights_without_meaning_read_as_no_number);
     RUN_TEST(test_a_wild_sample_does_not_wedge_it);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_a_resistance_within_an_epoch);
     return UNITY_END();
 }
