@@ -99,7 +99,10 @@ std::string inverter_sentence(const TraceEffect& effect)
     if (effect.name != "dead_time" || effect.modulation.empty()) return "";
     std::string text;
     for (const Estimate& e : effect.parameters)
-        if (e.name == "voltage_V" && e.value < 0.0)
+        if (e.name == "given_back_V")
+            text = fmt::format("The inverter loses {} per phase, and its controller gives back {} (dead time)",
+                               value_text("voltage_V", effect), value_text("given_back_V", effect));
+        else if (e.name == "voltage_V" && e.value < 0.0)
             text = fmt::format("The controller gives back {} per phase more than its inverter loses: its own "
                                "compensation is too much (dead time)",
                                with_sd(quantity(e.name, -e.value, e.given ? 0.0 : e.sd, 3, 1)));

@@ -56,7 +56,8 @@ void inverter(const FittedInput& f, Out& out)
 {
     out.push_back(f.scaled("voltage_V", 0, 1.0));
     out.push_back({"width_A", f.shape(0), f.shape_sd, !(f.shape_sd > 0.0)});
-    if (f.input.weights.size() > 1) out.push_back(f.scaled("constant_V", 1, 1.0));
+    if (f.input.weights.size() > 1 && std::isfinite(f.sd[1])) out.push_back(f.scaled("constant_V", 1, 1.0));
+    if (f.input.weights.size() > 2) out.push_back(f.scaled("given_back_V", 2, -1.0));
 }
 
 void across(const FittedInput& f, Out& out)
@@ -141,7 +142,7 @@ constexpr Effect rows[] = {
      "a phase that switches loses V tanh(i_x/w), or by another law of the same kind",
      "small currents: a slow sweep of i_d through zero at standstill",
      "effect_dead_time",
-     {{"voltage_V", -1e3, 1e3}, {"width_A", 0.0, 1e4}, {"constant_V", -1e3, 1e3}},
+     {{"voltage_V", -1e3, 1e3}, {"width_A", 0.0, 1e4}, {"constant_V", -1e3, 1e3}, {"given_back_V", -1e3, 1e3}},
      {"The inverter loses {voltage_V} per phase (dead time)"},
      inverter},
     {{Law::saturation, "saturation", 5, Shape::current_unit, Unit::Wb, {currents, turns | currents}},
@@ -335,6 +336,7 @@ constexpr Effect rows[] = {
     // No effects of their own.
     {{Law::clipped_current, "clipped_current", 1, Shape::limit, Unit::one, 0}},
     {{Law::dead_clamped, "dead_time", 2, Shape::current_width, Unit::V, currents}},
+    {{Law::dead_given_back, "dead_time", 3, Shape::two_widths, Unit::V, currents}},
     {{Law::own_map, "saturation", kOwnWeights, Shape::current_cells, Unit::Wb, currents}},
     {{Law::cross_map, "cross_saturation", kCrossWeights, Shape::current_cells, Unit::Wb, currents}},
     {{Law::pulsed_shift, "sample_shift", 1, Shape::pulses, Unit::s, currents}},
@@ -360,7 +362,7 @@ static_assert(places.found == std::size(rows) && std::size(rows) == static_cast<
 
 const std::vector<Effect>& effects()
 {
-    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 8);
+    static const std::vector<Effect> catalogue(std::begin(rows), std::end(rows) - 9);
     return catalogue;
 }
 
@@ -368,7 +370,7 @@ const Effect& effect_of(Law law) { return rows[places.of[static_cast<std::size_t
 
 const Effect* find_effect(const std::string& name)
 {
-    const auto* const end = std::end(rows) - 7;
+    const auto* const end = std::end(rows) - 8;
     const auto* const found = std::find_if(std::begin(rows), end, [&](const Effect& e) { return name == e.name; });
     return found != end ? found : nullptr;
 }
@@ -397,7 +399,10 @@ int numbers_of(Shape shape)
 int free_of(Shape shape)
 {
     if (shape == Shape::speed_widths) return 2;
-    return shape == Shape::current_width || shape == Shape::limit || shape == Shape::speed_width ? 1 : 0;
+    return shape == Shape::current_width || shape == Shape::two_widths || shape == Shape::limit ||
+                   shape == Shape::speed_width
+               ? 1
+               : 0;
 }
 
 std::string channel_of(const TraceInput& input)

@@ -39,6 +39,7 @@ enum class Law {
     load_torque,
     clipped_current,  ///< no effect of the catalogue: a fault of the record, tried so that nothing else is named for it
     dead_clamped,     ///< dead_time where a leg rests: with a part that does not ask which way the current flows
+    dead_given_back,  ///< the same, beside what a controller gives back by the currents of the row before
     flux_map,         ///< one that was there before the log: learned by firmware, not sought
     own_map,          ///< saturation, bending cell by cell: where a polynomial is not enough
     cross_map,        ///< cross_saturation, the same
@@ -52,6 +53,7 @@ enum class Shape {
     none,
     seconds,        ///< nothing; of settled rows a mark that the weight is in seconds
     current_width,  ///< a current, A, that is fitted too, and the angle at the first row
+    two_widths,     ///< the same; the link, V, that is fitted too, or 0: its column; a second width, fitted too
     limit,          ///< a current, A, that is fitted too
     current_unit,   ///< of a polynomial, A
     current_cells,  ///< least and largest i_d, largest |i_q|, A; how stiff its weights are, 1/Wb^2
@@ -157,8 +159,11 @@ const Effect& effect_of(Law law);
 /// nullptr where there is none of this name.
 const Effect* find_effect(const std::string& name);
 
-/// Either of the two.
-inline bool is_dead_time(Law law) { return law == Law::dead_time || law == Law::dead_clamped; }
+/// Any of the three.
+inline bool is_dead_time(Law law)
+{
+    return law == Law::dead_time || law == Law::dead_clamped || law == Law::dead_given_back;
+}
 /// Either of a flux map's two.
 inline bool is_map(Law law) { return law == Law::own_map || law == Law::cross_map; }
 inline bool bends(Law law) { return law == Law::saturation || law == Law::cross_saturation || is_map(law); }

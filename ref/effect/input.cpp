@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/edges.hpp"
 #include "ref/effect/filter.hpp"
 #include "ref/effect/pulses.hpp"
 
@@ -36,6 +37,7 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
     m.past_alpha = c * at.past_alpha - s * at.past_beta, m.past_beta = s * at.past_alpha + c * at.past_beta;
     m.bow_alpha = c * at.bow_alpha - s * at.bow_beta, m.bow_beta = s * at.bow_alpha + c * at.bow_beta;
     m.held_alpha = c * at.held_alpha - s * at.held_beta, m.held_beta = s * at.held_alpha + c * at.held_beta;
+    m.before_alpha = c * at.before_alpha - s * at.before_beta, m.before_beta = s * at.before_alpha + c * at.before_beta;
     return m;
 }
 
@@ -116,24 +118,116 @@ void mapped(const Input& input, const Moment& at, Vector2 g[])
     for (int j = 0; j < weights_of(input.law); ++j) g[j] = {psi_d[j], psi_q[j]};
 }
 
-/// What the legs that switch lose of one volt, the way their current flows, or, `constant`, whichever way it does.
-Vector2 lost(const Input& input, const Moment& m, bool constant)
+Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by * b.q}; }
+
+/// Slope of the currents on the rotor's axes under a voltage.
+Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
 {
-    const Phases p = phases_of(m), x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-    const double now[3] = {p.a, p.b, p.c}, past[3] = {x.a, x.b, x.c}, by[3] = {bow.a, bow.b, bow.c};
-    const int rests = resting_of(input, m);
-    // The mean of a period counts at its end alone, and there twice.
-    const double k = 1.0 / input.shape[0], all = m.ends ? 2.0 : 1.0;
+    return {(v.d - at.R * i.d + at.w_e * at.Lq * i.q) / at.Ld,
+            (v.q - at.R * i.q - at.w_e * (at.Ld * i.d + psi)) / at.Lq};
+}
+
+/// Of each leg at a period's end, what it loses of one volt the way its current flows, and its slope by the current
+/// there; 0 of the one that rests.
+struct Legs {
+    double mean[3] = {}, by_end[3] = {};
+
+    Legs(const Input& input, const Moment& m)
+    {
+        const Phases p = phases_of(m), x = phases_of(m.past_alpha, m.past_beta),
+                     bow = phases_of(m.bow_alpha, m.bow_beta);
+        const double now[3] = {p.a, p.b, p.c}, past[3] = {x.a, x.b, x.c}, by[3] = {bow.a, bow.b, bow.c};
+        const double k = 1.0 / input.shape[0];
+        const int rests = resting_of(input, m);
+        for (int leg = 0; leg < 3; ++leg) {
+            if (leg == rests) continue;
+            const MeanLoss loss(input.loss, k * past[leg], k * by[leg], k * now[leg]);
+            mean[leg] = loss.mean, by_end[leg] = k * loss.by_end;
+        }
+    }
+};
+
+/// The period that starts at m, from its currents on, under `lost_V` less than the voltage told. (E172)
+Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V)
+{
+    Pulsed out{};
+    out.link_V = input.shape[2] > 0.0 ? input.shape[2] : m.v_dc, out.period_s = m.period_s;
+    const auto put = [&](double alpha, double beta, double (&to)[3]) {
+        const Phases p = phases_of(alpha, beta);
+        to[0] = p.a, to[1] = p.b, to[2] = p.c;
+    };
+    const auto put_dq = [&](Vector2 x, double (&to)[3]) {
+        put(m.cos_e * x.d - m.sin_e * x.q, m.sin_e * x.d + m.cos_e * x.q, to);
+    };
+    // On the rotor's axes, and then as seen from the stator, of a period.
+    const Vector2 i{m.i_d, m.i_q}, slope = slope_of(m, plus(m.v_now, -1.0, lost_V), i, m.psi),
+        bend = slope_of(m, {m.w_e * m.v_now.q, -m.w_e * m.v_now.d}, slope, 0.0);
+    const double T = m.period_s, w = m.w_e;
+    put_dq(i, out.i_A);
+    put_dq({T * (slope.d - w * i.q), T * (slope.q + w * i.d)}, out.slope_A);
+    put_dq({0.5 * T * T * (bend.d - 2.0 * w * slope.q - w * w * i.d),
+            0.5 * T * T * (bend.q + 2.0 * w * slope.d - w * w * i.q)},
+           out.bend_A);
+    double each_V[3], last_V[3];
+    put(m.held_alpha, m.held_beta, each_V);
+    const Duties duty(input.modulation, each_V, out.link_V);
+    std::copy(duty.of, duty.of + 3, out.duty);
+    // The phases' axes half-way.
+    const double h = 0.5 * w * T, c = std::cos(h), s = std::sin(h);
+    double of_d[3], of_q[3];
+    put_dq({c, s}, of_d), put_dq({-s, c}, of_q);
+    for (int k = 0; k < 3; ++k)
+        for (int n = 0; n < 3; ++n) out.per_H[k][n] = 2.0 / 3.0 * (of_d[k] * of_d[n] / m.Ld + of_q[k] * of_q[n] / m.Lq);
+    const int rests = resting_leg(input.modulation, each_V);
+    if (rests < 0) return out;
+    put_dq(plus(m.v_now, -std::cos(h), turned_by(h, m.change[0])), last_V);
+    const int rested = resting_leg(input.modulation, last_V);
+    if (rested != rests && each_V[rests] > 0.0) out.rises = rests;
+    if (rested != rests && last_V[rested] > 0.0) out.falls = rested;
+    return out;
+}
+
+/// What the legs that switch lose of one volt for weight j: the way their current flows, or whichever way it does, or
+/// given back by what the current was.
+Vector2 lost(const Input& input, const Moment& m, int j)
+{
+    // The mean of a period counts at one of its ends alone, and there twice.
+    const double all = m.starts || m.ends ? 2.0 : 1.0;
     double u[3] = {};
+    if (j == 0 && m.ends) {
+        const Legs legs(input, m);
+        for (int leg = 0; leg < 3; ++leg) u[leg] = all * legs.mean[leg];
+        return of_phases(m, u[0], u[1], u[2]);
+    }
+    // What all three lose is none of a phase's.
+    if (j == 1 && input.modulation == Modulation::centred) return {};
+    const Phases p = j == 2 ? phases_of(m.before_alpha, m.before_beta) : phases_of(m);
+    const double i[3] = {p.a, p.b, p.c};
+    const int rests = resting_of(input, m);
     for (int leg = 0; leg < 3; ++leg) {
         if (leg == rests) continue;
-        if (constant)
-            u[leg] = all;
-        else
-            u[leg] = m.ends ? all * MeanLoss(input.loss, k * past[leg], k * by[leg], k * now[leg]).mean
-                            : LossAt(input.loss, k * now[leg]).value;
+        u[leg] = j == 1   ? all
+                 : j == 2 ? all * LossAt(LossLaw::ramp, i[leg] / input.shape[3]).value
+                          : LossAt(input.loss, i[leg] / input.shape[0]).value;
     }
     return of_phases(m, u[0], u[1], u[2]);
+}
+
+/// What legs that switch lose of one volt by the signs at their pulses' edges, and its slope by the currents, in a
+/// period that starts at m, whose mean counts there alone, and twice.
+Vector2 lost_at_edges(const Input& input, const Moment& m, const double weights[], double slope[4])
+{
+    Vector2 others;
+    for (int j = 1; j < weights_of(input.law) && weights; ++j) others = plus(others, 0.5 * weights[j], lost(input, m, j));
+    const Pulsed period = pulsed(input, m, others);
+    if (!(period.link_V > 0.0)) return {};
+    const EdgeLoss loss = lost_at_edges(period, weights ? weights[0] : 0.0, input.shape[0]);
+    const double* const u = loss.mean;
+    const double* const by = loss.by_start;
+    if (slope != nullptr) phase_slopes(m, 2.0 * by[0], 2.0 * by[1], 2.0 * by[2], slope);
+    // A dead time at either edge has the pulse late by half of one.
+    const double turn = m.w_e * m.period_s / period.link_V;
+    return plus({-turn * m.v_now.q, turn * m.v_now.d}, 2.0, of_phases(m, u[0], u[1], u[2]));
 }
 
 /// Mean over a turn, whatever the angle: where all legs switch, the first harmonic along the current.
@@ -156,7 +250,7 @@ Vector2 over_a_turn(const Input& input, const Moment& at, bool constant)
         m.cos_e = std::cos(angle), m.sin_e = std::sin(angle);
         m.held_alpha = m.cos_e * at.v_end_d - m.sin_e * at.v_end_q;
         m.held_beta = m.sin_e * at.v_end_d + m.cos_e * at.v_end_q;
-        const Vector2 here = lost(input, m, constant);
+        const Vector2 here = lost(input, m, constant ? 1 : 0);
         sum.d += here.d / kPoints, sum.q += here.q / kPoints;
     }
     return sum;
@@ -187,15 +281,6 @@ struct Late {
         }
     }
 };
-
-Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by * b.q}; }
-
-/// Slope of the currents on the rotor's axes under a voltage.
-Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
-{
-    return {(v.d - at.R * i.d + at.w_e * at.Lq * i.q) / at.Ld,
-            (v.q - at.R * i.q - at.w_e * (at.Ld * i.d + psi)) / at.Lq};
-}
 
 /// What a current that was sampled `late` seconds after its row has more than at its row: back to second order, under
 /// the voltage that acts between the two.
@@ -412,18 +497,31 @@ Vector2 turned_by(double angle, Vector2 x)
     return {c * x.d - s * x.q, s * x.d + c * x.q};
 }
 
+namespace {
+
+bool fits_link(const Input& input)
+{
+    return is_dead_time(input.law) && input.loss == LossLaw::edges && input.shape[2] > 0.0;
+}
+
+}  // namespace
+
 int free_shapes_of(const Input& input)
 {
     const Shape shape = effect_of(input.law).shape;
     const int free = shape == Shape::pulses && input.shape[0] > 0.0 ? 1 : free_of(shape);
-    return free + (input.free_angle ? 1 : 0);
+    return free + (input.free_angle ? 1 : 0) + (fits_link(input) ? 1 : 0) + (shape == Shape::two_widths ? 1 : 0);
 }
 
 std::size_t free_shape_of(const Input& input, int n)
 {
     // Pulses from a link that has its column leave the angle alone.
     const bool angle_first = effect_of(input.law).shape == Shape::pulses && !(input.shape[0] > 0.0);
-    return static_cast<std::size_t>(n + (angle_first ? 1 : 0));
+    int at = n + (angle_first ? 1 : 0);
+    if (!is_dead_time(input.law)) return static_cast<std::size_t>(at);
+    if (at >= 1 && !input.free_angle) ++at;
+    if (at >= 2 && !fits_link(input)) ++at;
+    return static_cast<std::size_t>(at);
 }
 
 void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
@@ -433,11 +531,16 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     for (int j = 0; j < count; ++j) f[j] = g[j] = {};
     switch (input.law) {
     case Law::dead_time:
-    case Law::dead_clamped: {
+    case Law::dead_clamped:
+    case Law::dead_given_back: {
         Moment seen;
         const Moment& m = turned(input, at, seen);
-        if (at.starts) break;
-        for (int j = 0; j < count; ++j) f[j] = input.averaged ? over_a_turn(input, m, j > 0) : lost(input, m, j > 0);
+        const bool edges = input.loss == LossLaw::edges;
+        if (edges ? at.ends : at.starts) break;
+        for (int j = 0; j < count; ++j)
+            f[j] = input.averaged   ? over_a_turn(input, m, j > 0)
+                   : edges && j == 0 ? lost_at_edges(input, m, weights, nullptr)
+                                     : lost(input, m, j);
         break;
     }
     case Law::saturation: saturation(input, at, g); break;
@@ -564,7 +667,7 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
     Vector2 each_f[kMostWeights], each_g[kMostWeights];
-    evaluate(input, at, each_f, each_g);
+    evaluate(input, at, each_f, each_g, weights);
     const int count = weights_of(input.law);
     for (int j = 0; j < count; ++j) {
         f.d += weights[j] * each_f[j].d, f.q += weights[j] * each_f[j].q;
@@ -576,20 +679,28 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
 {
     switch (input.law) {
     case Law::dead_time:
-    case Law::dead_clamped: {
+    case Law::dead_clamped:
+    case Law::dead_given_back: {
         Moment seen;
         const Moment& m = turned(input, at, seen);
-        const Phases p = phases_of(m);
         const double k = 1.0 / input.shape[0];
-        const Phases x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-        const int rests = resting_of(input, m);
-        const auto slope = [&](int leg, double from, double by, double to) {
-            if (leg == rests) return 0.0;
-            if (at.ends) return 2.0 * weights[0] * k * MeanLoss(input.loss, k * from, k * by, k * to).by_end;
-            return weights[0] * k * LossAt(input.loss, k * to).slope;
-        };
-        double out[4];
-        phase_slopes(m, slope(0, x.a, bow.a, p.a), slope(1, x.b, bow.b, p.b), slope(2, x.c, bow.c, p.c), out);
+        double slope[3] = {}, out[4];
+        if (input.loss == LossLaw::edges) {
+            if (at.starts) lost_at_edges(input, m, weights, out);
+            for (int j = 0; j < 4 && at.starts; ++j) f_slope[j] += weights[0] * out[j];
+            break;
+        }
+        if (at.ends) {
+            const Legs legs(input, m);
+            for (int leg = 0; leg < 3; ++leg) slope[leg] = 2.0 * weights[0] * legs.by_end[leg];
+        } else {
+            const Phases p = phases_of(m);
+            const double i[3] = {p.a, p.b, p.c};
+            const int rests = resting_of(input, m);
+            for (int leg = 0; leg < 3; ++leg)
+                if (leg != rests) slope[leg] = weights[0] * k * LossAt(input.loss, k * i[leg]).slope;
+        }
+        phase_slopes(m, slope[0], slope[1], slope[2], out);
         for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
         break;
     }
@@ -661,19 +772,12 @@ void lost_with_slope(const Input& input, const double weights[], const Moment& a
 {
     Moment seen;
     const Moment& m = turned(input, at, seen);
-    const Phases p = phases_of(m), x = phases_of(m.past_alpha, m.past_beta), bow = phases_of(m.bow_alpha, m.bow_beta);
-    const double now[3] = {p.a, p.b, p.c}, past[3] = {x.a, x.b, x.c}, by[3] = {bow.a, bow.b, bow.c};
-    const int rests = resting_of(input, m);
-    const double k = 1.0 / input.shape[0];
-    double u[3] = {}, all[3] = {}, slope[3] = {}, out[4];
-    for (int leg = 0; leg < 3; ++leg) {
-        if (leg == rests) continue;
-        const MeanLoss loss(input.loss, k * past[leg], k * by[leg], k * now[leg]);
-        u[leg] = 2.0 * loss.mean, all[leg] = 2.0, slope[leg] = 2.0 * weights[0] * k * loss.by_end;
-    }
-    f = plus(f, weights[0], of_phases(m, u[0], u[1], u[2]));
-    if (weights_of(input.law) > 1) f = plus(f, weights[1], of_phases(m, all[0], all[1], all[2]));
-    phase_slopes(m, slope[0], slope[1], slope[2], out);
+    const Legs legs(input, m);
+    const double by = 2.0 * weights[0];
+    double out[4];
+    f = plus(f, by, of_phases(m, legs.mean[0], legs.mean[1], legs.mean[2]));
+    for (int j = 1; j < weights_of(input.law); ++j) f = plus(f, weights[j], lost(input, m, j));
+    phase_slopes(m, by * legs.by_end[0], by * legs.by_end[1], by * legs.by_end[2], out);
     for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
 }
 
@@ -682,7 +786,8 @@ void lost_with_slope(const Input& input, const double weights[], const Moment& a
 void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
                          double f_slope[4], double g_slope[4])
 {
-    if (is_dead_time(input.law) && at.ends && !input.averaged) return lost_with_slope(input, weights, at, f, f_slope);
+    const bool at_end = is_dead_time(input.law) && input.loss != LossLaw::edges && at.ends;
+    if (at_end && !input.averaged) return lost_with_slope(input, weights, at, f, f_slope);
     evaluate_sum(input, weights, at, f, g);
     evaluate_slope(input, weights, at, f_slope, g_slope);
 }

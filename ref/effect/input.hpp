@@ -28,9 +28,11 @@ struct Input {
     bool averaged = false;                        ///< the same: a settled row is a mean over turns
 };
 
-/// Entries of the shape that are fitted along with the weights, and where in it the n-th of them is.
+/// Entries of the shape that are fitted along with the weights, and where in it the n-th of them is; whether that is an
+/// angle, else it is above zero.
 int free_shapes_of(const Input& input);
 std::size_t free_shape_of(const Input& input, int n);
+inline bool is_angle(const Input& input, std::size_t shape) { return shape == 1 && input.free_angle; }
 
 /// Whether it is a filter that the currents pass, whose time constant is its weight.
 bool filters_currents(const Input& input);
@@ -66,8 +68,9 @@ struct Moment {
     /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its
     /// start.
     bool starts = false, ends = false;
-    double past_alpha = 0, past_beta = 0;  ///< stationary currents at its start, for its end
-    double bow_alpha = 0, bow_beta = 0;    ///< how far its current lies, half-way, from the line between its ends
+    double past_alpha = 0, past_beta = 0;      ///< stationary currents at its start, for its end
+    double before_alpha = 0, before_beta = 0;  ///< the same as measured a row before that
+    double bow_alpha = 0, bow_beta = 0;        ///< how far its current lies, half-way, from the line between its ends
     double bow_d = 0;  ///< the same on average, in the rotor's frame: the magnet turns while the voltage is held
     double held_alpha = 0, held_beta = 0;  ///< the voltage of its middle, stationary
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it

@@ -13,7 +13,7 @@ constexpr double kOne = 20.0;
 /// Of a difference of two points, below which a mean between them is that of the points to 1e-7 (its square over 12),
 /// and the quotient of differences loses digits.
 constexpr double kLeastStep = 1e-3;
-constexpr const char* kLaws[] = {"tanh", "ramp", "arctan", "capacitor", "plateau"};
+constexpr const char* kLaws[] = {"tanh", "ramp", "arctan", "capacitor", "plateau", "edges"};
 constexpr const char* kNames[] = {"centred", "clamped_low", "clamped_high", "clamped_60"};
 
 /// Mean over a current that goes evenly from one to the other, and its slopes by both.
@@ -69,6 +69,7 @@ LossAt::LossAt(LossLaw law, double at) : x(at), value(0.0), slope(0.0), integral
         integral = size - kLn2 + (e > 0.0 ? std::log1p(e) : 0.0);
         break;
     }
+    case LossLaw::edges:
     case LossLaw::ramp:
         value = std::fmin(size, 1.0), slope = size < 1.0 ? 1.0 : 0.0;
         integral = size < 1.0 ? 0.5 * size * size : size - 0.5;

@@ -12,9 +12,11 @@ enum class LossLaw {
     ramp,       ///< straight up to the width
     arctan,     ///< a long tail
     capacitor,  ///< the output swings on its capacitance: half at the width, then 1 - width/(2 |i|)
-    plateau     ///< ripple turns the current within the period: nothing up to half of the width, all from 1.5 of it
+    plateau,    ///< ripple turns the current within the period: nothing up to half of the width, all from 1.5 of it
+    edges       ///< a ramp of the current at each of the pulse's edges, its ripple included
 };
-constexpr LossLaw kLossLaws[] = {LossLaw::tanh, LossLaw::ramp, LossLaw::arctan, LossLaw::capacitor, LossLaw::plateau};
+constexpr LossLaw kLossLaws[] = {LossLaw::tanh,      LossLaw::ramp,    LossLaw::arctan,
+                                 LossLaw::capacitor, LossLaw::plateau, LossLaw::edges};
 
 /// A leg's loss as it usually is, of the largest voltage: what dead times of 0.5 to 2 us take at 10 to 20 kHz.
 constexpr double kUsualLoss = 0.02;

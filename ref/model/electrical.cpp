@@ -100,9 +100,10 @@ struct ElectricalModel::Plant {
     const ElectricalModel& model;
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
-    bool draws = false;      ///< currents from the winding itself, whose flux follows the iron's bend
-    bool asks_next = false;  ///< for the voltage that begins at a row
-    double lag_s = 0.0;      ///< of the currents' filter
+    bool draws = false;        ///< currents from the winding itself, whose flux follows the iron's bend
+    bool asks_next = false;    ///< for the voltage that begins at a row
+    bool asks_before = false;  ///< for the currents of the row before a period
+    double lag_s = 0.0;        ///< of the currents' filter
     double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
@@ -114,6 +115,7 @@ struct ElectricalModel::Plant {
             if (filters_currents(t.input)) lag_s += t.weights[0];
             draws = draws || t.input.law == Law::turn_short;
             asks_next = asks_next || asks_for_next(t.input);
+            asks_before = asks_before || t.input.law == Law::dead_given_back;
         }
         if (candidates != nullptr)
             asks_next = asks_next || std::any_of(candidates->begin(), candidates->end(), asks_for_next);
@@ -151,7 +153,17 @@ struct ElectricalModel::Plant {
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s;
         if (draws) put_bend(m);
+        if (asks_before) put_before(m, piece, k);
         return m;
+    }
+
+    /// Of the period that starts at row k. A piece's first has no row before.
+    void put_before(Moment& m, const Piece& piece, std::size_t k) const
+    {
+        const std::size_t n = std::max(k, piece.begin + 1) - 1;
+        const TraceColumns& c = columns(piece);
+        const double i_d = piece.log->i_d_A[n], i_q = piece.log->i_q_A[n];
+        m.before_alpha = c.cos_e[n] * i_d - c.sin_e[n] * i_q, m.before_beta = c.sin_e[n] * i_d + c.cos_e[n] * i_q;
     }
 
     void put_currents(Moment& m, Vector2 i) const

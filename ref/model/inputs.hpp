@@ -36,7 +36,7 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
             // Of a width, or in rad: a difference bends by as much, and rounds to 1e-13.
             constexpr double kStep = 1e-3;
             const std::size_t at = free_shape_of(t.input, s);
-            const double step = at == 0 ? kStep * t.input.shape[0] : kStep;
+            const double step = is_angle(t.input, at) ? kStep : kStep * t.input.shape[at];
             moved.shape[at] += step;
             Vector2 f1, g1;
             evaluate_sum(moved, t.weights.data(), m, f1, g1);

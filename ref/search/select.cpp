@@ -209,6 +209,7 @@ int apart(const Candidate& c)
 {
     const Input& first = c.inputs.front();
     if (effect_of(first.law).shape == Shape::pulses) return -1;
+    if (first.law == Law::dead_given_back) return 1;
     // Eddies that follow late average what noise the law's columns bring in.
     if (first.law == Law::iron_loss) return first.shape[0] == kTurningAlone ? 2 : first.shape[0] > 0.0 ? 1 : 0;
     return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
@@ -243,6 +244,7 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
     std::vector<Tried> tried;
     std::map<std::string, std::vector<int>> seen;
     std::set<std::string> refined;
+    bool full = false;
     for (const Screened& s : screened) {
         if (!s.candidate) continue;
         std::string key;
@@ -252,10 +254,12 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         kinds.push_back(apart(*s.candidate));
         if (alone && kinds.size() == 1 && s.candidate->names().size() == 1 && !s.candidate->is_fault())
             alone->push_back({s.candidate->names().front(), s.point});
-        if (refined.size() >= kRefined && refined.count(key) == 0 &&
-            s.candidate->inputs.front().law != Law::saturation) {
-            if (alone) continue;
-            break;
+        // Iron's bend, and a loss that is given back, are far from a linear step.
+        const Law law = s.candidate->inputs.front().law;
+        const bool anyway = law == Law::dead_given_back || (law == Law::saturation && !full);
+        if (refined.size() >= kRefined && refined.count(key) == 0 && !anyway) {
+            full = alone == nullptr;
+            continue;
         }
         refined.insert(key);
         tried.push_back(attempt(model, base, s));

@@ -283,7 +283,7 @@ void limit_step(const Point& start, const Eigen::VectorXd& old, Eigen::VectorXd&
     for (const Term& t : start.terms) {
         j += weights_of(t.input.law);
         for (int s = 0; s < free_shapes_of(t.input); ++s, ++j)
-            if (free_shape_of(t.input, s) == 0 || !t.input.free_angle)
+            if (!is_angle(t.input, free_shape_of(t.input, s)))
                 next[j] = std::clamp(next[j], old[j] / kWidthTimes, kWidthTimes * old[j]);
             else
                 next[j] = std::clamp(next[j], old[j] - kAngle_rad, old[j] + kAngle_rad);

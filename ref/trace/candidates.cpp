@@ -150,7 +150,8 @@ void temperature_candidates(const TraceSetup& setup, Catalogue& c, bool turns, b
 }
 
 /// `averaged`: settled rows without an angle, each a mean over turns.
-void dead_time_candidates(const std::vector<Log>& logs, double i_base_A, bool angle, bool averaged, Catalogue& c)
+void dead_time_candidates(const std::vector<Log>& logs, double i_base_A, bool angle, bool averaged, bool pulses,
+                          Catalogue& c)
 {
     const std::string stated = stated_modulation(logs);
     const auto add = [&](Modulation m, double width, double start) {
@@ -161,6 +162,15 @@ void dead_time_candidates(const std::vector<Log>& logs, double i_base_A, bool an
     // The width is fitted; a pass of refine() halves or doubles it, so each from 0.0025 to 0.16 is one pass away.
     for (double width : {0.005, 0.02, 0.08})
         for (double start : start_angles(angle || averaged)) add(modulation_named(stated), width, start);
+    // Where about as much is given back as is lost, one loss finds neither. (E173)
+    constexpr double kGivenBack = 0.03;
+    for (const Modulation m : kModulations)
+        if (angle && pulses && (stated.empty() || m == modulation_named(stated))) {
+            Input in = dead_time_input(m, 0.005 * i_base_A, 0.0, false);
+            in.law = Law::dead_given_back, in.loss = LossLaw::edges;
+            in.shape[2] = link_to_fit_V(logs), in.shape[3] = kGivenBack * i_base_A;
+            c.add(in);
+        }
     // Without an angle a modulation is sought where a dead time was found.
     if (!stated.empty() || !angle || averaged) return;
     for (const Modulation m : {Modulation::clamped_low, Modulation::clamped_high, Modulation::clamped_60})
@@ -323,7 +333,7 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
         switch (e.id) {
         case Law::dead_time:
             if (why.empty())
-                dead_time_candidates(logs, ib, angle, settled && !angle && turns, c);
+                dead_time_candidates(logs, ib, angle, settled && !angle && turns, !settled, c);
             else
                 c.cannot(e.id, why);
             break;

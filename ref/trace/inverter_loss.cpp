@@ -24,16 +24,43 @@ double half_of(LossLaw law)
     switch (law) {
     case LossLaw::tanh: return 0.55;
     case LossLaw::ramp: return 0.5;
+    // Ripple, which blurs the other laws, is in it.
+    case LossLaw::edges: return 2.0;
     default: return 1.0;
     }
 }
 
-Refined with_law(const Model& model, const Refined& found, LossLaw law)
+Refined with_law(const TraceSetup& setup, const Model& model, const Refined& found, LossLaw law)
 {
     Point start = found.point;
     Input& input = dead_time_of(start)->input;
+    // A settled row is a mean over pulses.
+    if (law == LossLaw::edges && setup.regime != Regime::dynamic) return {};
     input.shape[0] *= half_of(input.loss) / half_of(law);
+    input.shape[2] = law == LossLaw::edges ? link_to_fit_V(*setup.logs) : 0.0;
     input.loss = law;
+    return refine(model, start, kPasses);
+}
+
+/// Beside what the legs lose, what a controller gives back by the currents that it saw. (E173)
+Refined with_given_back(const Model& model, const Refined& found, double width_A)
+{
+    Point start = found.point;
+    Term& term = *dead_time_of(start);
+    term.input.law = Law::dead_given_back;
+    term.input.shape[3] = width_A;
+    const double lost = std::abs(term.weights[0]);
+    term.weights[2] = term.weights[0] - lost, term.weights[0] = lost;
+    return refine(model, start, kPasses);
+}
+
+Refined without_given_back(const Model& model, const Refined& found)
+{
+    Point start = found.point;
+    Term& term = *dead_time_of(start);
+    const double width_A = term.input.shape[0];
+    term.input.law = dead_time_input(term.input.modulation, width_A, 0.0, false).law;
+    term.input.shape[3] = 0.0, term.weights[2] = 0.0;
     return refine(model, start, kPasses);
 }
 
@@ -44,6 +71,8 @@ Refined with_modulation(const Model& model, const Refined& found, Modulation mod
     const Input old = term.input;
     term.input = dead_time_input(modulation, old.shape[0], old.shape[1] + turned_rad, old.free_angle);
     term.input.loss = old.loss, term.input.averaged = old.averaged;
+    term.input.shape[2] = old.shape[2], term.input.shape[3] = old.shape[3];
+    if (old.law == Law::dead_given_back) term.input.law = old.law;
     term.weights[1] = 0.0;
     return refine(model, start, kPasses);
 }
@@ -90,12 +119,24 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
         }
         found = std::move(best);
     }
-    Refined best = found;
+    Refined best = found, at_edges;
     for (const LossLaw law : kLossLaws) {
         if (law == dead_time_of(found.point)->input.loss) continue;
-        Refined rival = with_law(model, found, law);
+        // What is given back stands beside edges alone.
+        if (dead_time_of(found.point)->input.law == Law::dead_given_back) continue;
+        Refined rival = with_law(setup, model, found, law);
+        if (law == LossLaw::edges) at_edges = rival;
         if (leads(rival, best)) best = std::move(rival);
     }
+    if (dead_time_of(found.point)->input.law == Law::dead_given_back) {
+        const Refined rival = without_given_back(model, found);
+        return rival.ok && !confirmed(model, better(model, rival.left, best.left)) ? rival : best;
+    }
+    if (!at_edges.ok) return best;
+    Refined rival = with_given_back(model, at_edges, dead_time_of(found.point)->input.shape[0]);
+    if (leads(rival, best) && dead_time_of(rival.point)->weights[2] < 0.0 &&
+        confirmed(model, better(model, best.left, rival.left)))
+        best = std::move(rival);
     return best;
 }
 
@@ -103,11 +144,12 @@ Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
 {
     Point at = best.point;
     const Term* term = dead_time_of(at);
-    if (term == nullptr) return Eigen::VectorXd::Zero(best.point.columns());
-    return spread_over(setup, best, [own = term->input.loss](const Model& model, const Refined& here) {
+    // What is given back stands beside edges alone.
+    if (term == nullptr || term->input.law == Law::dead_given_back) return Eigen::VectorXd::Zero(best.point.columns());
+    return spread_over(setup, best, [&setup, own = term->input.loss](const Model& model, const Refined& here) {
         std::vector<Refined> out;
         for (const LossLaw law : kLossLaws)
-            if (law != own) out.push_back(with_law(model, here, law));
+            if (law != own) out.push_back(with_law(setup, model, here, law));
         return out;
     });
 }

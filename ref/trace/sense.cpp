@@ -141,6 +141,8 @@ std::string sense_of(const TraceSetup& setup, const Point& at)
             return "friction would drive the shaft one way: it would be more than Coulomb friction";
         if (in.effect == "stribeck_friction" && in.shape[1] > kSlow * setup.speed_base_rad_s)
             return "it would fade at " + figure(in.shape[1]) + " rad/s, the log's own speeds: viscous friction";
+        if (t.input.law == Law::dead_given_back && !(t.weights[0] > 0.0 && t.weights[2] < 0.0))
+            return "what is given back would not be what is lost";
         if (in.effect == "dead_time" && in.shape[0] > kMostWidth * setup.i_base_A)
             return "its width would be beyond the largest current: a resistance";
     }

@@ -331,6 +331,7 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     switch (effect_of(term.input.law).shape) {
     case Shape::current_width:
     case Shape::speed_widths: in.shape = {s[0], s[1]}; break;
+    case Shape::two_widths: in.shape = {s[0], s[1], s[2], s[3]}; break;
     case Shape::current_unit:
     case Shape::order:
     case Shape::speed_width:

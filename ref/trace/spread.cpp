@@ -37,7 +37,9 @@ Eigen::VectorXd spread_over(const TraceSetup& setup, const Refined& best,
         // Where the best itself leaves more than noise, no law is the true one.
         const bool as_near = square(other) - own <= excess;
         if (!as_near && better(model, other.left, here.left).t > kToldT) continue;
-        spread = spread.cwiseMax((other.point.values() - values).cwiseAbs());
+        // Of a law that fits a number more, the machine's alone.
+        const Eigen::Index n = other.point.columns() == values.size() ? values.size() : best.point.base.size();
+        spread.head(n) = spread.head(n).cwiseMax((other.point.values().head(n) - values.head(n)).cwiseAbs());
     }
     // A gain is none of the machine's, and each law has a width of its own.
     spread.segment(best.point.base.size(), best.point.gain.size()).setZero();

@@ -202,7 +202,11 @@ void say_inverter(const Point& at, TraceEffect& effect)
 TraceInput firmware_input(const TraceSetup& setup, const Point& at, const Term& term)
 {
     TraceInput in = input_of(setup, at, term);
-    if (is_dead_time(term.input.law)) in.modulation = name_of(term.input.modulation), in.weights.resize(1);
+    if (!is_dead_time(term.input.law)) return in;
+    in.modulation = name_of(term.input.modulation);
+    // Beside current what is given back is of the other sign.
+    if (in.weights.size() > 2) in.weights[0] += in.weights[2];
+    in.weights.resize(1), in.shape.resize(2);
     return in;
 }
 
