@@ -239,11 +239,12 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
     for (const Candidate& c : candidates)
         if (!is_on(base.point, c)) open.push_back(&c);
     std::vector<Screened> screened = screen(model, base.point, open, options);
-    std::sort(screened.begin(), screened.end(),
-              [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
+    // Modulations are alike in a linear step from no shift: the first, which is the most common, goes before.
+    std::stable_sort(screened.begin(), screened.end(),
+                     [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
     std::vector<Tried> tried;
     std::map<std::string, std::vector<int>> seen;
-    std::set<std::string> refined;
+    std::set<std::string> refined, told;
     bool full = false;
     for (const Screened& s : screened) {
         if (!s.candidate) continue;
@@ -252,10 +253,11 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         std::vector<int>& kinds = seen[key];
         if (std::find(kinds.begin(), kinds.end(), apart(*s.candidate)) != kinds.end()) continue;
         kinds.push_back(apart(*s.candidate));
-        if (alone && kinds.size() == 1 && s.candidate->names().size() == 1 && !s.candidate->is_fault())
-            alone->push_back({s.candidate->names().front(), s.point});
         // Iron's bend, and a loss that is given back, are far from a linear step.
         const Law law = s.candidate->inputs.front().law;
+        const bool plain = law != Law::dead_given_back && s.candidate->names().size() == 1;
+        if (alone && plain && !s.candidate->is_fault() && told.insert(key).second)
+            alone->push_back({s.candidate->names().front(), s.point});
         const bool anyway = law == Law::dead_given_back || (law == Law::saturation && !full);
         if (refined.size() >= kRefined && refined.count(key) == 0 && !anyway) {
             full = alone == nullptr;

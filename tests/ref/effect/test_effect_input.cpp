@@ -441,7 +441,7 @@ void a_loss_with_its_slope()
             m.i_q += step;
             dqw::evaluate_sum(input, weights, m, moved_f, moved_g);
             // An edge's slope leaves out what R takes of a current by then.
-            const double within = m.starts ? 0.02 : 1e-3;
+            const double within = m.starts ? 0.02 * (std::abs(by_f[1]) + std::abs(by_f[3])) : 1e-3;
             TEST_ASSERT_DOUBLE_WITHIN(within, (moved_f.d - of_f.d) / step, by_f[1]);
             TEST_ASSERT_DOUBLE_WITHIN(within, (moved_f.q - of_f.q) / step, by_f[3]);
         }
