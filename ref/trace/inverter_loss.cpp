@@ -140,6 +140,22 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
     return best;
 }
 
+Point as_firmware_learns(const TraceSetup& setup, const Refined& best)
+{
+    Point start = best.point;
+    Term* const term = dead_time_of(start);
+    if (term == nullptr || term->input.loss != LossLaw::edges) return start;
+    // The ripple that edges leave out of their width is in a sample's: usual ones have a hundredth of the currents.
+    constexpr double kLeastWidth = 0.01;
+    const Input old = term->input;
+    const double width_A = std::max(old.shape[0] * half_of(old.loss) / half_of(LossLaw::tanh), kLeastWidth * setup.i_base_A);
+    term->input = dead_time_input(old.modulation, width_A, old.shape[1], old.free_angle);
+    // Beside current what is given back is of the other sign.
+    term->weights[0] += term->weights[2], term->weights[2] = 0.0;
+    Refined refined = refine(setup.search(), start, kPasses);
+    return refined.ok ? refined.point : start;
+}
+
 Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
 {
     Point at = best.point;

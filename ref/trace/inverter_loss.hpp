@@ -18,6 +18,10 @@ double link_to_fit_V(const std::vector<Log>& logs);
 /// none. A modulation that no machine file says is left only for one that the rows held out confirm.
 Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found);
 
+/// The same point with its dead time as firmware learns it: one loss of one width, by the sample's current. Costs a fit
+/// where it is another.
+Point as_firmware_learns(const TraceSetup& setup, const Refined& best);
+
 /// (E114). Largest change of each column of `best` from its law of the loss to another that the rows held out do not
 /// tell from it, or that fits no worse beside it than it itself does beside the noise; 0 where it has no dead time.
 Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best);

@@ -202,11 +202,7 @@ void say_inverter(const Point& at, TraceEffect& effect)
 TraceInput firmware_input(const TraceSetup& setup, const Point& at, const Term& term)
 {
     TraceInput in = input_of(setup, at, term);
-    if (!is_dead_time(term.input.law)) return in;
-    in.modulation = name_of(term.input.modulation);
-    // Beside current what is given back is of the other sign.
-    if (in.weights.size() > 2) in.weights[0] += in.weights[2];
-    in.weights.resize(1), in.shape.resize(2);
+    if (is_dead_time(term.input.law)) in.modulation = name_of(term.input.modulation), in.weights.resize(1);
     return in;
 }
 
@@ -617,8 +613,11 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     if (!s.found.empty() && is_beside_magnet(s.best.point))
         result.notes.emplace_back("no thermometer is on the magnet: temp_winding_C stood for it. A magnet that warms "
                                   "by less than the sensor has a larger coefficient, by as much");
-    for (const Term& t : s.found.empty() ? std::vector<Term>() : s.best.point.terms)
-        if (t.input.law != Law::pulses) result.inputs.push_back(firmware_input(*setup, s.best.point, t));
+    if (!s.found.empty()) {
+        const Point learned = as_firmware_learns(*setup, s.best);
+        for (const Term& t : learned.terms)
+            if (t.input.law != Law::pulses) result.inputs.push_back(firmware_input(*setup, learned, t));
+    }
     // Where nothing is left over: a map has freedom enough to take some of what has no name.
     result.map = flux_map_of(*setup, s.best,
                              setup->regime == Regime::dynamic && fault.empty() && tells_bends(*setup) &&
