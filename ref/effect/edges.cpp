@@ -63,7 +63,14 @@ EdgeLoss lost_at_edges(const Pulsed& p, double loss_V, double width_A)
             e.lost = 0.5 * (e.rises ? sign + 1.0 : sign - 1.0);
             e.slope = std::abs(x) < 1.0 ? 0.5 / wide_A : 0.0;
         }
-    for (int k = 0; k < count; ++k) out.mean[edges[k].leg] += edges[k].lost, out.by_start[edges[k].leg] += edges[k].slope;
+    for (int k = 0; k < count; ++k)
+        out.mean[edges[k].leg] += edges[k].lost, out.by_start[edges[k].leg] += edges[k].slope;
+    // A pulse or a gap that is shorter than the dead time is lost as a whole, and no more.
+    for (int leg = 0; leg < kLegs && dead > 0.0; ++leg) {
+        if (!(p.duty[leg] > 0.0 && p.duty[leg] < 1.0)) continue;
+        const double within = std::clamp(out.mean[leg], (p.duty[leg] - 1.0) / dead, p.duty[leg] / dead);
+        if (within != out.mean[leg]) out.mean[leg] = within, out.by_start[leg] = 0.0;
+    }
     return out;
 }
 

@@ -6,10 +6,10 @@ namespace dqw {
 
 /// One sampling period of three legs, each with its pulse in the middle.
 struct Pulsed {
-    double i_A[3];               ///< currents of the phases at its start
+    double i_A[3];                 ///< currents of the phases at its start
     double slope_A[3], bend_A[3];  ///< what they grow by under its mean voltage, of a period and of its square
-    double duty[3];              ///< 0 or 1 of a leg that rests
-    double per_H[3][3];          ///< slope of a phase's current by the voltage of a leg, A/(V s)
+    double duty[3];                ///< 0 or 1 of a leg that rests
+    double per_H[3][3];            ///< slope of a phase's current by the voltage of a leg, A/(V s)
     double link_V, period_s;
     int rises = -1, falls = -1;  ///< the leg that begins to rest at the upper rail, and the one that rested there
 };

@@ -147,21 +147,37 @@ struct Legs {
     }
 };
 
+double link_of(const Input& input, const Moment& m) { return input.shape[2] > 0.0 ? input.shape[2] : m.v_dc; }
+
+/// Of each leg that switches, of one volt of `back_V` given back by the currents of the row before, as much as either
+/// rail leaves room for.
+void put_given_back(const Input& input, const Moment& m, const Duties& duty, double back_V, double (&part)[3])
+{
+    const Phases before = phases_of(m.before_alpha, m.before_beta);
+    const double i_A[3] = {before.a, before.b, before.c}, link_V = link_of(input, m);
+    for (int leg = 0; leg < 3; ++leg) {
+        const double d = duty.of[leg];
+        part[leg] = d > 0.0 && d < 1.0 ? LossAt(LossLaw::ramp, i_A[leg] / input.shape[3]).value : 0.0;
+        if (!(link_V > 0.0) || back_V == 0.0) continue;
+        part[leg] = (std::clamp(d + part[leg] * back_V / link_V, 0.0, 1.0) - d) * link_V / back_V;
+    }
+}
+
 /// The period that starts at m, from its currents on, under `lost_V` less than the voltage told. (E172)
-Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V)
+Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V, double back_V)
 {
     Pulsed out{};
-    out.link_V = input.shape[2] > 0.0 ? input.shape[2] : m.v_dc, out.period_s = m.period_s;
-    const auto put = [&](double alpha, double beta, double (&to)[3]) {
+    out.link_V = link_of(input, m), out.period_s = m.period_s;
+    const auto put = [&](double alpha, double beta, double(&to)[3]) {
         const Phases p = phases_of(alpha, beta);
         to[0] = p.a, to[1] = p.b, to[2] = p.c;
     };
-    const auto put_dq = [&](Vector2 x, double (&to)[3]) {
+    const auto put_dq = [&](Vector2 x, double(&to)[3]) {
         put(m.cos_e * x.d - m.sin_e * x.q, m.sin_e * x.d + m.cos_e * x.q, to);
     };
     // On the rotor's axes, and then as seen from the stator, of a period.
     const Vector2 i{m.i_d, m.i_q}, slope = slope_of(m, plus(m.v_now, -1.0, lost_V), i, m.psi),
-        bend = slope_of(m, {m.w_e * m.v_now.q, -m.w_e * m.v_now.d}, slope, 0.0);
+                                   bend = slope_of(m, {m.w_e * m.v_now.q, -m.w_e * m.v_now.d}, slope, 0.0);
     const double T = m.period_s, w = m.w_e;
     put_dq(i, out.i_A);
     put_dq({T * (slope.d - w * i.q), T * (slope.q + w * i.d)}, out.slope_A);
@@ -172,6 +188,11 @@ Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V)
     put(m.held_alpha, m.held_beta, each_V);
     const Duties duty(input.modulation, each_V, out.link_V);
     std::copy(duty.of, duty.of + 3, out.duty);
+    if (back_V != 0.0 && out.link_V > 0.0) {
+        double part[3];
+        put_given_back(input, m, duty, back_V, part);
+        for (int leg = 0; leg < 3; ++leg) out.duty[leg] += part[leg] * back_V / out.link_V;
+    }
     // The phases' axes half-way.
     const double h = 0.5 * w * T, c = std::cos(h), s = std::sin(h);
     double of_d[3], of_q[3];
@@ -189,7 +210,7 @@ Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V)
 
 /// What the legs that switch lose of one volt for weight j: the way their current flows, or whichever way it does, or
 /// given back by what the current was.
-Vector2 lost(const Input& input, const Moment& m, int j)
+Vector2 lost(const Input& input, const Moment& m, int j, double back_V = 0.0)
 {
     // The mean of a period counts at one of its ends alone, and there twice.
     const double all = m.starts || m.ends ? 2.0 : 1.0;
@@ -201,15 +222,17 @@ Vector2 lost(const Input& input, const Moment& m, int j)
     }
     // What all three lose is none of a phase's.
     if (j == 1 && input.modulation == Modulation::centred) return {};
-    const Phases p = j == 2 ? phases_of(m.before_alpha, m.before_beta) : phases_of(m);
+    if (j == 2) {
+        const Phases v = phases_of(m.held_alpha, m.held_beta);
+        const double each_V[3] = {v.a, v.b, v.c};
+        put_given_back(input, m, Duties(input.modulation, each_V, link_of(input, m)), back_V, u);
+        return of_phases(m, all * u[0], all * u[1], all * u[2]);
+    }
+    const Phases p = phases_of(m);
     const double i[3] = {p.a, p.b, p.c};
     const int rests = resting_of(input, m);
-    for (int leg = 0; leg < 3; ++leg) {
-        if (leg == rests) continue;
-        u[leg] = j == 1   ? all
-                 : j == 2 ? all * LossAt(LossLaw::ramp, i[leg] / input.shape[3]).value
-                          : LossAt(input.loss, i[leg] / input.shape[0]).value;
-    }
+    for (int leg = 0; leg < 3; ++leg)
+        if (leg != rests) u[leg] = j == 1 ? all : LossAt(input.loss, i[leg] / input.shape[0]).value;
     return of_phases(m, u[0], u[1], u[2]);
 }
 
@@ -217,9 +240,11 @@ Vector2 lost(const Input& input, const Moment& m, int j)
 /// period that starts at m, whose mean counts there alone, and twice.
 Vector2 lost_at_edges(const Input& input, const Moment& m, const double weights[], double slope[4])
 {
+    const double back_V = weights && input.law == Law::dead_given_back ? -weights[2] : 0.0;
     Vector2 others;
-    for (int j = 1; j < weights_of(input.law) && weights; ++j) others = plus(others, 0.5 * weights[j], lost(input, m, j));
-    const Pulsed period = pulsed(input, m, others);
+    for (int j = 1; j < weights_of(input.law) && weights; ++j)
+        others = plus(others, 0.5 * weights[j], lost(input, m, j, back_V));
+    const Pulsed period = pulsed(input, m, others, back_V);
     if (!(period.link_V > 0.0)) return {};
     const EdgeLoss loss = lost_at_edges(period, weights ? weights[0] : 0.0, input.shape[0]);
     const double* const u = loss.mean;
@@ -538,9 +563,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
         const bool edges = input.loss == LossLaw::edges;
         if (edges ? at.ends : at.starts) break;
         for (int j = 0; j < count; ++j)
-            f[j] = input.averaged   ? over_a_turn(input, m, j > 0)
+            f[j] = input.averaged    ? over_a_turn(input, m, j > 0)
                    : edges && j == 0 ? lost_at_edges(input, m, weights, nullptr)
-                                     : lost(input, m, j);
+                                     : lost(input, m, j, j == 2 && weights ? -weights[2] : 0.0);
         break;
     }
     case Law::saturation: saturation(input, at, g); break;

@@ -15,6 +15,8 @@ Duties::Duties(Modulation modulation, const double v_V[3], double link_V)
     if (rests >= 0) shift = v_V[rests] >= high ? 0.5 * link - high : -0.5 * link - low;
     for (int leg = 0; leg < 3; ++leg)
         of[leg] = link > 0.0 ? std::clamp(0.5 + (v_V[leg] + shift) / link, 0.0, 1.0) : 0.5;
+    // A duty that rounds off its rail would have edges.
+    if (rests >= 0 && link > 0.0) of[rests] = v_V[rests] >= high ? 1.0 : 0.0;
 }
 
 double pulse_beyond_mean(double duty, double u_s, double period_s)

@@ -118,7 +118,8 @@ struct ElectricalModel::Plant {
             asks_before = asks_before || t.input.law == Law::dead_given_back;
         }
         if (candidates != nullptr)
-            asks_next = asks_next || std::any_of(candidates->begin(), candidates->end(), asks_for_next);
+            for (const Input& c : *candidates)
+                asks_next = asks_next || asks_for_next(c), asks_before = asks_before || c.law == Law::dead_given_back;
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }

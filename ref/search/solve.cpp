@@ -181,7 +181,9 @@ Eigen::VectorXd linear_step(const Model& model, const Seen& seen, const std::vec
             z[i] = eigen.eigenvalues()[i] > kLeastEigenvalue ? z[i] / (eigen.eigenvalues()[i] + damping) : 0.0;
         const Eigen::VectorXd step = (eigen.eigenvectors() * z).cwiseQuotient(size);
         delta.setZero();
-        for (Eigen::Index i = 0; i < m; ++i) delta[use[static_cast<std::size_t>(i)]] = step[i];
+        // What an eigenvector's rounding leaves where there is no column would be divided by next to nothing.
+        for (Eigen::Index i = 0; i < m; ++i)
+            if (a(i, i) > kLeast) delta[use[static_cast<std::size_t>(i)]] = step[i];
     }
     return delta;
 }

@@ -148,7 +148,8 @@ Point as_firmware_learns(const TraceSetup& setup, const Refined& best)
     // The ripple that edges leave out of their width is in a sample's: usual ones have a hundredth of the currents.
     constexpr double kLeastWidth = 0.01;
     const Input old = term->input;
-    const double width_A = std::max(old.shape[0] * half_of(old.loss) / half_of(LossLaw::tanh), kLeastWidth * setup.i_base_A);
+    const double width_A = std::max(old.shape[0] * half_of(old.loss) / half_of(LossLaw::tanh),
+                                    kLeastWidth * setup.i_base_A);
     term->input = dead_time_input(old.modulation, width_A, old.shape[1], old.free_angle);
     // Beside current what is given back is of the other sign.
     term->weights[0] += term->weights[2], term->weights[2] = 0.0;
@@ -156,18 +157,51 @@ Point as_firmware_learns(const TraceSetup& setup, const Refined& best)
     return refined.ok ? refined.point : start;
 }
 
+namespace {
+
+/// A ramp stands for what blurs edges, noise or an output's capacitance: by how much each column would be another without
+/// it.
+Eigen::VectorXd spread_over_blur(const TraceSetup& setup, const Refined& best)
+{
+    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
+    const Refined here = refine(setup.search(), best.point, kPasses);
+    if (!here.ok) return spread;
+    const Eigen::MatrixXd cov = covariance(setup.search(), here);
+    const Eigen::Index first = here.point.base.size() + here.point.gain.size();
+    Eigen::Index j = first;
+    for (const Term& t : here.point.terms) {
+        const Eigen::Index width = j + weights_of(t.input.law);
+        if (is_dead_time(t.input.law) && cov(width, width) > 0.0)
+            spread = (cov.col(width) / cov(width, width) * t.input.shape[0]).cwiseAbs();
+        j = width + free_shapes_of(t.input);
+    }
+    spread.segment(here.point.base.size(), here.point.gain.size()).setZero();
+    j = first;
+    for (const Term& t : here.point.terms) {
+        j += weights_of(t.input.law);
+        spread.segment(j, free_shapes_of(t.input)).setZero();
+        j += free_shapes_of(t.input);
+    }
+    return spread.allFinite() ? spread : Eigen::VectorXd::Zero(best.point.columns());
+}
+
+}  // namespace
+
 Eigen::VectorXd spread_over_laws(const TraceSetup& setup, const Refined& best)
 {
     Point at = best.point;
     const Term* term = dead_time_of(at);
+    if (term == nullptr) return Eigen::VectorXd::Zero(best.point.columns());
     // What is given back stands beside edges alone.
-    if (term == nullptr || term->input.law == Law::dead_given_back) return Eigen::VectorXd::Zero(best.point.columns());
-    return spread_over(setup, best, [&setup, own = term->input.loss](const Model& model, const Refined& here) {
-        std::vector<Refined> out;
-        for (const LossLaw law : kLossLaws)
-            if (law != own) out.push_back(with_law(setup, model, here, law));
-        return out;
-    });
+    if (term->input.law == Law::dead_given_back) return spread_over_blur(setup, best);
+    const Eigen::VectorXd laws = spread_over(setup, best,
+                                             [&setup, own = term->input.loss](const Model& model, const Refined& here) {
+                                                 std::vector<Refined> out;
+                                                 for (const LossLaw law : kLossLaws)
+                                                     if (law != own) out.push_back(with_law(setup, model, here, law));
+                                                 return out;
+                                             });
+    return term->input.loss == LossLaw::edges ? laws.cwiseMax(spread_over_blur(setup, best)) : laws;
 }
 
 Eigen::VectorXd hidden_loss(const TraceSetup& setup, const Point& plain, const Point& lossy)

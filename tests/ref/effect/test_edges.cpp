@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "ref/effect/edges.hpp"
+#include "ref/effect/pulses.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -41,7 +42,7 @@ void followed(const dqw::Pulsed& p, const double (&emf_V)[3], double loss_V, dou
         bool open[3];
         for (int n = 0; n < 3; ++n) {
             const double rise = 0.5 * (1.0 - p.duty[n]), fall = 0.5 * (1.0 + p.duty[n]);
-            const bool switches = p.duty[n] > 0.0 && p.duty[n] < 1.0, high = p.duty[n] > 0.0 && t > rise && t < fall;
+            const bool switches = p.duty[n] > 0.0 && p.duty[n]<1.0, high = p.duty[n]> 0.0 && t > rise && t < fall;
             open[n] = switches && ((t > rise && t < rise + dead) || (t > fall && t < fall + dead));
             v[n] = open[n] ? (i[n] > 0.0 ? 0.0 : p.link_V) : high ? p.link_V : 0.0;
         }
@@ -106,6 +107,32 @@ void a_leg_that_rests()
     }
 }
 
+/// A pulse shorter than the dead time is lost as a whole, and no more: 0.48 V are a hundredth of the period.
+void pulses_shorter_than_the_dead_time()
+{
+    const double duty[3] = {0.9, 0.4, 0.004}, emf_V[3] = {20.0, -1.0, -19.0};
+    for (const double i_A : {-30.0, 30.0}) {
+        const dqw::Pulsed p = period_of(0.3, {-0.5 * i_A, -0.5 * i_A, i_A}, duty, emf_V);
+        compare(p, emf_V, 0.48, 0.01);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, i_A > 0.0 ? 0.4 : -1.0, dqw::lost_at_edges(p, 0.48, 0.0).mean[2]);
+    }
+}
+
+/// A leg that rests stands on its rail, whatever rounds.
+void a_resting_leg_has_no_duty_between()
+{
+    for (int k = 0; k < 1000; ++k) {
+        const double v_V[3] = {std::sin(0.1 * k), std::sin(0.1 * k - 2.0), std::sin(0.1 * k + 2.0)},
+                     link_V = 3.0 + std::cos(7.0 * k);
+        for (const dqw::Modulation m : dqw::kModulations) {
+            const int rests = dqw::resting_leg(m, v_V);
+            if (rests < 0) continue;
+            const double d = dqw::Duties(m, v_V, link_V).of[rests];
+            TEST_ASSERT_TRUE(d == 0.0 || d == 1.0);
+        }
+    }
+}
+
 /// Where one edge is met within what a dead time takes, the slope is the difference's; without a link nothing is lost.
 void slopes_and_no_link()
 {
@@ -135,6 +162,8 @@ int main(void)
     RUN_TEST(the_sign_at_each_edge);
     RUN_TEST(edges_within_a_dead_time);
     RUN_TEST(a_leg_that_rests);
+    RUN_TEST(pulses_shorter_than_the_dead_time);
+    RUN_TEST(a_resting_leg_has_no_duty_between);
     RUN_TEST(slopes_and_no_link);
     return UNITY_END();
 }
