@@ -31,6 +31,26 @@ std::vector<double> speed_slope(const Log& log, double pole_pairs)
     return slope;
 }
 
+/// A temperature over T_0. Of rows in time, whose magnet's flux is differenced, the mean over a part of the log in which
+/// it moves evenly: a thermometer's noise, from row to row, would be volts. (E174)
+std::vector<double> above_reference(const Log& log, const std::vector<double>& temperature_C)
+{
+    constexpr std::size_t kPart = 128;
+    std::vector<double> above(temperature_C.size()), sum(above.size() + 1);
+    for (std::size_t k = 0; k < above.size(); ++k)
+        above[k] = temperature_C[k] - kReferenceTemperature_C, sum[k + 1] = sum[k] + above[k];
+    if (log.regime != Regime::dynamic || !std::isfinite(sum.back())) return above;
+    for (std::size_t s = 0; s < log.segments.size(); ++s) {
+        const std::size_t begin = log.segments[s],
+                          end = s + 1 < log.segments.size() ? log.segments[s + 1] : above.size();
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::size_t each = std::min({(end - begin) / kPart, k - begin, end - 1 - k});
+            above[k] = (sum[k + each + 1] - sum[k - each]) / static_cast<double>(2 * each + 1);
+        }
+    }
+    return above;
+}
+
 /// Angle of the shaft: its own column, or the electrical one, whose turns are counted; empty where rows are missing in
 /// between.
 std::vector<double> shaft_turns(const Log& log, const std::vector<double>& electrical, double pole_pairs)
@@ -65,8 +85,7 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
     for (double angle : shaft_turns(log, electrical, pole_pairs))
         c.cos_m.push_back(std::cos(angle)), c.sin_m.push_back(std::sin(angle));
     if (!log.t_s.empty() && !log.w_m_rad_s.empty()) c.w_dot = speed_slope(log, p);
-    for (double t : log.temp_winding_C) c.winding_K.push_back(t - kReferenceTemperature_C);
-    for (double t : log.temp_magnet_C) c.magnet_K.push_back(t - kReferenceTemperature_C);
+    c.winding_K = above_reference(log, log.temp_winding_C), c.magnet_K = above_reference(log, log.temp_magnet_C);
     const auto square = [&](std::size_t k) {
         return (std::pow(at_row(log.i_d_A, k), 2) + std::pow(at_row(log.i_q_A, k), 2)) / (i_base_A * i_base_A);
     };

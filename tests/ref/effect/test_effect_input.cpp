@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "ref/effect/columns.hpp"
 #include "ref/effect/input.hpp"
 #include "unity.h"
 
@@ -447,6 +448,30 @@ void a_loss_with_its_slope()
         }
 }
 
+/// Rows in time have a thermometer's mean: its noise of .2 K from row to row would be volts of a flux' slope. Settled rows
+/// have it as it is.
+void a_noisy_thermometer_moves_evenly()
+{
+    constexpr std::size_t kRows = 12800;
+    dqw::Log log;
+    log.regime = dqw::Regime::dynamic, log.dt_s = 1e-4, log.segments = {0};
+    for (std::size_t k = 0; k < kRows; ++k) {
+        log.t_s.push_back(1e-4 * static_cast<double>(k));
+        for (auto* column : {&log.v_d_V, &log.v_q_V, &log.i_d_A, &log.i_q_A, &log.w_m_rad_s}) column->push_back(1.0);
+        const double noise_K = k % 2 == 0 ? 0.2 : -0.2;
+        log.temp_magnet_C.push_back(25.0 + 1e-3 * static_cast<double>(k) + noise_K);
+    }
+    const auto rows = dqw::trace_columns(log, 4.0, 1.0, 1.28).magnet_K;
+    TEST_ASSERT_EQUAL_size_t(kRows, rows.size());
+    for (std::size_t k = 200; k + 200 < kRows; ++k) {
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1e-3 * static_cast<double>(k), rows[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-3, 1e-3, rows[k + 1] - rows[k]);
+    }
+    log.regime = dqw::Regime::steady;
+    const auto settled = dqw::trace_columns(log, 4.0, 1.0, 1.28).magnet_K;
+    for (std::size_t k = 0; k < kRows; ++k) TEST_ASSERT_EQUAL_DOUBLE(log.temp_magnet_C[k] - 25.0, settled[k]);
+}
+
 }  // namespace
 
 int main(void)
@@ -466,5 +491,6 @@ int main(void)
     RUN_TEST(shorted_turns);
     RUN_TEST(slopes_by_the_weights);
     RUN_TEST(a_loss_with_its_slope);
+    RUN_TEST(a_noisy_thermometer_moves_evenly);
     return UNITY_END();
 }
