@@ -39,7 +39,7 @@ std::vector<double> above_reference(const Log& log, const std::vector<double>& t
     std::vector<double> above(temperature_C.size()), sum(above.size() + 1);
     for (std::size_t k = 0; k < above.size(); ++k)
         above[k] = temperature_C[k] - kReferenceTemperature_C, sum[k + 1] = sum[k] + above[k];
-    if (log.regime != Regime::dynamic || !std::isfinite(sum.back())) return above;
+    if (above.empty() || log.regime != Regime::dynamic || !std::isfinite(sum.back())) return above;
     for (std::size_t s = 0; s < log.segments.size(); ++s) {
         const std::size_t begin = log.segments[s],
                           end = s + 1 < log.segments.size() ? log.segments[s + 1] : above.size();

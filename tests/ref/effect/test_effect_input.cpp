@@ -467,6 +467,9 @@ void a_noisy_thermometer_moves_evenly()
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1e-3 * static_cast<double>(k), rows[k]);
         TEST_ASSERT_DOUBLE_WITHIN(3e-3, 1e-3, rows[k + 1] - rows[k]);
     }
+    // Rows are missing, and there is no thermometer on the winding.
+    log.segments = {0, 400};
+    TEST_ASSERT_TRUE(dqw::trace_columns(log, 4.0, 1.0, 1.28).winding_K.empty());
     log.regime = dqw::Regime::steady;
     const auto settled = dqw::trace_columns(log, 4.0, 1.0, 1.28).magnet_K;
     for (std::size_t k = 0; k < kRows; ++k) TEST_ASSERT_EQUAL_DOUBLE(log.temp_magnet_C[k] - 25.0, settled[k]);
