@@ -50,16 +50,21 @@ EdgeLoss lost_at_edges(const Pulsed& p, double loss_V, double width_A)
         if (!(p.duty[leg] > 0.0 && p.duty[leg] < 1.0)) continue;
         put(leg, true, 0.5 * (1.0 - p.duty[leg])), put(leg, false, 0.5 * (1.0 + p.duty[leg]));
     }
+    // Of each edge's loss, what of the others' has come by the end of its dead time, as a current.
+    double by_other_A[kMostEdges][kMostEdges];
+    const double by_window = 1.0 / window;
+    for (int k = 0; k < count; ++k)
+        for (int n = 0; n < count; ++n)
+            by_other_A[k][n] = n == k ? 0.0
+                                      : std::clamp((edges[k].at + std::abs(dead) - edges[n].at) * by_window, 0.0, 1.0) *
+                                            flux_Vs * p.per_H[edges[k].leg][edges[n].leg];
     for (int pass = 0; pass < kPasses; ++pass)
         for (int k = 0; k < count; ++k) {
             Edge& e = edges[k];
-            const double end = e.at + std::abs(dead);
-            double others[kLegs] = {};
-            for (int n = 0; n < count; ++n)
-                if (n != k) others[edges[n].leg] += std::clamp((end - edges[n].at) / window, 0.0, 1.0) * edges[n].lost;
+            double i_A = e.i_A;
+            for (int n = 0; n < count; ++n) i_A -= by_other_A[k][n] * edges[n].lost;
             const double half_A = 0.5 * std::abs(flux_Vs) * p.per_H[e.leg][e.leg], wide_A = half_A + width_A;
-            const double i_A = e.i_A - flux_Vs * product(p.per_H[e.leg], others),
-                         x = (i_A + (e.rises ? -half_A : half_A)) / wide_A, sign = std::clamp(x, -1.0, 1.0);
+            const double x = (i_A + (e.rises ? -half_A : half_A)) / wide_A, sign = std::clamp(x, -1.0, 1.0);
             e.lost = 0.5 * (e.rises ? sign + 1.0 : sign - 1.0);
             e.slope = std::abs(x) < 1.0 ? 0.5 / wide_A : 0.0;
         }

@@ -806,13 +806,29 @@ void lost_with_slope(const Input& input, const double weights[], const Moment& a
     for (int j = 0; j < 4; ++j) f_slope[j] += out[j];
 }
 
+/// The same at the start of one, by the pulses' edges.
+void lost_at_edges_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f,
+                              double f_slope[4])
+{
+    Moment seen;
+    const Moment& m = turned(input, at, seen);
+    double out[4] = {};
+    f = plus(f, weights[0], lost_at_edges(input, m, weights, out));
+    for (int j = 1; j < weights_of(input.law); ++j)
+        f = plus(f, weights[j], lost(input, m, j, j == 2 ? -weights[2] : 0.0));
+    for (int j = 0; j < 4; ++j) f_slope[j] += weights[0] * out[j];
+}
+
 }  // namespace
 
 void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
                          double f_slope[4], double g_slope[4])
 {
-    const bool at_end = is_dead_time(input.law) && input.loss != LossLaw::edges && at.ends;
-    if (at_end && !input.averaged) return lost_with_slope(input, weights, at, f, f_slope);
+    if (is_dead_time(input.law) && !input.averaged) {
+        const bool edges = input.loss == LossLaw::edges;
+        if (!edges && at.ends) return lost_with_slope(input, weights, at, f, f_slope);
+        if (edges && at.starts) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
+    }
     evaluate_sum(input, weights, at, f, g);
     evaluate_slope(input, weights, at, f_slope, g_slope);
 }

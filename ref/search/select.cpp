@@ -158,7 +158,8 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
     return out;
 }
 
-Tried attempt(const Model& model, const Refined& base, const Screened& s)
+/// `worth`: log-likelihood of the rows seen that it must come near to be of use.
+Tried attempt(const Model& model, const Refined& base, const Screened& s, double worth)
 {
     Tried t;
     t.candidate = *s.candidate;
@@ -170,11 +171,11 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s)
     Refined first = swept(model, start);
     if (!first.ok || first.left.seen < base.left.seen)
         first = swept(model, joined(base.point, t.candidate, nullptr)), passes = 3 * kPasses;
-    t.refined = refine(model, std::move(first), passes);
+    t.refined = refine(model, std::move(first), passes, worth);
     if (t.candidate.also_from != 0.0) {
         start = joined(base.point, t.candidate, nullptr);
         start.terms.back().weights[0] = t.candidate.also_from;
-        Refined other = refine(model, start, kPasses);
+        Refined other = refine(model, start, kPasses, worth);
         if (other.ok && (!t.refined.ok || other.left.seen > t.refined.left.seen)) t.refined = std::move(other);
     }
     if (t.refined.ok) t.over = better(model, base.left, t.refined.left);
@@ -231,10 +232,13 @@ bool stands_before(const Tried& t, const Tried& best)
 }
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
+/// `best_seen`: log-likelihood of the rows seen where a better one than `base` is known. What does not gain half of the
+/// best is not fitted to its end.
 std::vector<Tried> round(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
                          const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone,
-                         bool (*is_on)(const Point&, const Candidate&) = has_any)
+                         double best_seen = -HUGE_VAL, bool (*is_on)(const Point&, const Candidate&) = has_any)
 {
+    constexpr double kHalf = 0.5;
     std::vector<const Candidate*> open;
     for (const Candidate& c : candidates)
         if (!is_on(base.point, c)) open.push_back(&c);
@@ -264,7 +268,8 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
             continue;
         }
         refined.insert(key);
-        tried.push_back(attempt(model, base, s));
+        tried.push_back(attempt(model, base, s, base.left.seen + kHalf * (best_seen - base.left.seen)));
+        if (tried.back().refined.ok) best_seen = std::max(best_seen, tried.back().refined.left.seen);
         if (options.tick) options.tick();
     }
     std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
@@ -357,7 +362,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         std::vector<Candidate> others;
         for (const Candidate& c : candidates)
             if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) others.push_back(c);
-        for (const Tried& t : round(model, base, others, options, nullptr, has_any_sensor)) {
+        for (const Tried& t : round(model, base, others, options, nullptr, s.best.left.seen, has_any_sensor)) {
             if (!t.refined.ok) continue;
             const auto& listed = found.confusable_with;
             const bool is_listed = std::find(listed.begin(), listed.end(), t.name) != listed.end();

@@ -2,6 +2,7 @@
 #ifndef DQW_REF_SEARCH_SOLVE_HPP
 #define DQW_REF_SEARCH_SOLVE_HPP
 
+#include <cmath>
 #include <functional>
 
 #include "ref/model/model.hpp"
@@ -68,11 +69,12 @@ struct Refined {
 Refined swept(const Model& model, const Point& at);
 
 /// Gauss-Newton from `start`, damped, at most `passes` passes, of which a start that was swept has had one. Gains stay
-/// within [1e-4, 1].
-Refined refine(const Model& model, Refined start, int passes);
-inline Refined refine(const Model& model, const Point& start, int passes)
+/// within [1e-4, 1]. It ends early where as large a gain as that of the last steps in each pass left would not bring
+/// the log-likelihood of the rows seen to `worth`.
+Refined refine(const Model& model, Refined start, int passes, double worth = -HUGE_VAL);
+inline Refined refine(const Model& model, const Point& start, int passes, double worth = -HUGE_VAL)
 {
-    return refine(model, swept(model, start), passes);
+    return refine(model, swept(model, start), passes, worth);
 }
 
 /// What noise of columns adds to the scores of the rows seen, one column a channel, where its squared errors have that

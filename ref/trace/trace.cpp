@@ -384,10 +384,15 @@ struct Search {
     double rms = HUGE_VAL;
 };
 
-Search search(const std::vector<Log>& logs, const TraceOptions& options, Variant variant, int& ticks)
+std::unique_ptr<TraceSetup> setup_of(const std::vector<Log>& logs, const TraceOptions& options, Variant variant)
+{
+    return trace_setup(logs, options.effects, variant, options.pole_pairs);
+}
+
+Search search(const std::vector<Log>& logs, const TraceOptions& options, std::unique_ptr<TraceSetup> setup, int& ticks)
 {
     Search out;
-    out.setup = trace_setup(logs, options.effects, variant, options.pole_pairs);
+    out.setup = std::move(setup);
     out.judge = std::make_unique<Judge>(*out.setup);
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
     out.exact = by.exact, out.own = by.own;
@@ -500,12 +505,20 @@ double widest_turn(const TraceSetup& setup)
     return *high;
 }
 
+/// Whether all that was found, fitted in the other frame, predicts clearly worse there: so does any part of it.
+bool is_worse(const TraceSetup& there, const Search& found)
+{
+    const Refined& here = found.selection.best;
+    const Refined r = refine(*there.full, here.point, kPasses);
+    return r.ok && better(*there.full, r.left, here.left).t >= kClearlyT;
+}
+
 Search search(const std::vector<Log>& logs, const TraceOptions& options)
 {
     int ticks = 0;
-    Search found = search(logs, options, Variant::usual, ticks);
+    Search found = search(logs, options, setup_of(logs, options, Variant::usual), ticks);
     if (found.setup->regime == Regime::mechanical) {
-        Search other = search(logs, options, Variant::averaged, ticks);
+        Search other = search(logs, options, setup_of(logs, options, Variant::averaged), ticks);
         return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
     }
     if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
@@ -516,7 +529,9 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     });
     const bool is_noise = found.rms < kStructured * noise_of(*found.setup, found.selection.best.point).floor;
     if (!alike && (is_noise || below(found.judge->each(found.selection.best.point), found.exact))) return found;
-    Search other = search(logs, options, Variant::rotor_held, ticks);
+    std::unique_ptr<TraceSetup> rotor_held = setup_of(logs, options, Variant::rotor_held);
+    if (is_worse(*rotor_held, found)) return found;
+    Search other = search(logs, options, std::move(rotor_held), ticks);
     ColumnNoise noise(logs);
     const auto law_noise = [&noise](const Search& s) { return nats_to_law_noise(*s.setup, noise, s.selection.best); };
     const double t = beside_law_noise(better(*found.setup->full, found.selection.best.left, other.selection.best.left),
