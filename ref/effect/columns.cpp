@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "ref/effect/range.hpp"
 #include "ref/log/wanted.hpp"
@@ -90,11 +91,20 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         return (std::pow(at_row(log.i_d_A, k), 2) + std::pow(at_row(log.i_q_A, k), 2)) / (i_base_A * i_base_A);
     };
     const bool settled_without_time = log.t_s.empty() && log.regime == Regime::steady;
-    for (int n = 0; settled_without_time && n < kOwnHeats; ++n) {
-        const double memory = kOwnHeatRows[n], kept = memory > 0.0 ? std::exp(-1.0 / memory) : 0.0;
-        std::vector<double> h(rows);
-        for (std::size_t k = 0; k < rows; ++k) h[k] = k == 0 ? square(k) : kept * h[k - 1] + (1.0 - kept) * square(k);
-        c.own_heat.push_back(std::move(h));
+    const auto warm_in = [&](const std::vector<std::size_t>& order) {
+        for (const double memory : kOwnHeatRows) {
+            const double kept = memory > 0.0 ? std::exp(-1.0 / memory) : 0.0;
+            std::vector<double> h(rows);
+            double now = order.empty() ? 0.0 : square(order.front());
+            for (const std::size_t k : order) h[k] = now = kept * now + (1.0 - kept) * square(k);
+            c.own_heat.push_back(std::move(h));
+        }
+    };
+    if (settled_without_time) {
+        std::vector<std::size_t> order(rows);
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        warm_in(order);
+        warm_in(rows_across(log, i_base_A));
     }
     if (log.t_s.empty() || !(span_s > 0.0)) return c;
     for (double part : kHeatTimes) {
@@ -114,6 +124,33 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         c.heat.push_back(std::move(h));
     }
     return c;
+}
+
+std::vector<std::size_t> rows_across(const Log& log, double i_base_A)
+{
+    constexpr double kSame = 0.01;  // of the largest current, as of one operating point
+    constexpr std::size_t kLeast = 3;
+    const std::size_t rows = log.rows();
+    const auto same = [&](const std::vector<double>& column, std::size_t a, std::size_t b) {
+        return std::abs(at_row(column, a) - at_row(column, b)) <= kSame * i_base_A;
+    };
+    const auto speeds = std::minmax_element(log.w_m_rad_s.begin(), log.w_m_rad_s.end());
+    const bool one_speed = rows > 0 && *speeds.second - *speeds.first <=
+                                           kSame * std::max(std::abs(*speeds.first), std::abs(*speeds.second));
+    for (const bool d_stays : {true, false}) {
+        const std::vector<double>&stays = d_stays ? log.i_d_A : log.i_q_A, &runs = d_stays ? log.i_q_A : log.i_d_A;
+        std::size_t each = 1;
+        while (each < rows && same(stays, each, 0) && !same(runs, each, each - 1)) ++each;
+        bool grid = each >= kLeast && each < rows && rows % each == 0 && rows / each >= kLeast && one_speed;
+        for (std::size_t k = each; grid && k < rows; ++k)
+            grid = same(runs, k, k % each) && (k % each == 0 ? !same(stays, k, k - 1) : same(stays, k, k - 1));
+        if (!grid) continue;
+        std::vector<std::size_t> out;
+        for (std::size_t n = 0; n < each; ++n)
+            for (std::size_t k = n; k < rows; k += each) out.push_back(k);
+        return out;
+    }
+    return {};
 }
 
 double heat_at(const TraceColumns& columns, const Input& input, std::size_t k)

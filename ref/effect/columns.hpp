@@ -31,8 +31,12 @@ constexpr int kHeats = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes +
 /// Time constants of settled rows without time, in rows: what a row remembers of those before. (E170)
 constexpr double kOwnHeatRows[] = {0.0, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0};
 constexpr int kOwnHeats = static_cast<int>(sizeof kOwnHeatRows / sizeof *kOwnHeatRows);
-/// Input::heat of the first of them.
-constexpr int kOwnHeat = kHeats + 1;
+/// Input::heat of the first of them. As many follow for rows of a grid that were measured across the file's order.
+constexpr int kOwnHeat = kHeats + 1, kOwnHeatAcross = kOwnHeat + kOwnHeats;
+
+/// Rows of a grid of currents, as they stand in the file, in the order in which the axis that changes from row to row
+/// there is the one that changes last; empty where they are none.
+std::vector<std::size_t> rows_across(const Log& log, double i_base_A);
 
 /// `pole_pairs`: 0 where they are not known; then no turn of the shaft is.
 TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s);

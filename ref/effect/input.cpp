@@ -366,14 +366,30 @@ Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
     return {more.real(), more.imag()};
 }
 
+/// Of settled points: a conductance across the voltage behind R, or one whose current goes with the voltage's root, or
+/// not at all with its size; those go to zero with it below a twentieth of shape[1]. (E175)
+Vector2 settled_iron(const Input& input, const Moment& at)
+{
+    constexpr double kLeastPart = 0.05;
+    const double d = at.v_end_d - at.R * at.i_d, q = at.v_end_q - at.R * at.i_q;
+    double by = 1.0;
+    if (input.shape[0] < 0.0) {
+        const double size = std::max(std::hypot(d, q) / input.shape[1], kLeastPart);
+        by = input.shape[0] == kHysteresis ? 1.0 / size : 1.0 / std::sqrt(size);
+    }
+    Vector2 f, g;
+    drawn(at, {by * d, by * q}, f, g);
+    return g;
+}
+
 /// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
 /// within a period is not half-way between its ends. (E52)
 void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
 {
+    if (at.settled) return void(g = settled_iron(input, at));
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
-    const Vector2 late = at.settled ? Vector2{} : on_the_way(at, periods * at.period_s + at.lag_s);
+    const Vector2 late = on_the_way(at, periods * at.period_s + at.lag_s);
     g = {-at.Ld * (at.v_end_d - at.R * at.i_d - late.d), -at.Lq * (at.v_end_q - at.R * at.i_q - late.q)};
-    if (at.settled) return;
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
     double part = 1.0;
     for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);

@@ -14,6 +14,9 @@ namespace dqw {
 constexpr int kMostWeights = kCrossWeights;
 /// Of iron_loss, in the place of the periods by which its current follows: what turning induces alone drives it. (E52)
 constexpr double kTurningAlone = -1.0;
+/// The same, of settled points: a loss that goes with the 1.5th power of the voltage, and with the voltage itself; its
+/// current then is that of the conductance where the voltage behind R is shape[1]. (E175)
+constexpr double kExcessLoss = -2.0, kHysteresis = -3.0;
 constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the

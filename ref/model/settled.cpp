@@ -1,5 +1,6 @@
 #include "ref/model/settled.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "ref/effect/range.hpp"
@@ -12,6 +13,24 @@ enum Index { kR, kLd, kLq, kPsi };
 
 /// f + w_e J g
 Vector2 settled(const Moment& m, Vector2 f, Vector2 g) { return {f.d - m.w_e * g.q, f.q + m.w_e * g.d}; }
+
+/// The incremental inductance half-way to the current that the iron leaves to the winding, so that what it takes of the
+/// flux is true to second order. (E175)
+void put_bends(const Point& at, Moment& m)
+{
+    if (std::none_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); })) return;
+    Moment between = m;
+    for (const Term& t : at.terms) {
+        if (t.input.law != Law::iron_loss) continue;
+        Vector2 f, g;
+        evaluate_sum(t.input, t.weights.data(), m, f, g);
+        between.i_d += 0.5 * g.d / m.Ld, between.i_q += 0.5 * g.q / m.Lq;
+    }
+    double f[4] = {}, g[4] = {};
+    for (const Term& t : at.terms)
+        if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), between, f, g);
+    m.bend_dd_H = g[0], m.bend_dq_H = g[1], m.bend_qq_H = g[3];
+}
 
 double angle_offset_of(const Point& at)
 {
@@ -42,6 +61,7 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
     m.v_dc = at_row(log.v_dc_V, k);
     m.settled = true;
     m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
+    put_bends(at, m);
     return m;
 }
 

@@ -212,7 +212,8 @@ int apart(const Candidate& c)
     if (effect_of(first.law).shape == Shape::pulses) return -1;
     if (first.law == Law::dead_given_back) return 1;
     // Eddies that follow late average what noise the law's columns bring in.
-    if (first.law == Law::iron_loss) return first.shape[0] == kTurningAlone ? 2 : first.shape[0] > 0.0 ? 1 : 0;
+    if (first.law == Law::iron_loss)
+        return first.shape[0] < 0.0 ? 1 - static_cast<int>(first.shape[0]) : first.shape[0] > 0.0 ? 1 : 0;
     return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
 }
 
@@ -449,6 +450,32 @@ bool take_pair(const Model& model, const std::vector<Tried>& tried, const std::v
 
 namespace {
 
+/// At one speed effects that turn with it are told apart by small terms alone, which only show once the others are in
+/// the model: one that was taken early goes for another which the rows held out then confirm in its place. (E176)
+bool exchange(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options, Selection& s)
+{
+    if (!options.one_speed || s.found.size() < 2) return false;
+    for (std::size_t k = 0; k < s.found.size(); ++k) {
+        const std::string name = s.found[k].name;
+        if (name == name_of(Law::saturation) || name == name_of(Law::cross_saturation)) continue;
+        const Refined base = refine(model, without(s.best.point, name), kPasses);
+        if (!base.ok) continue;
+        std::vector<Candidate> others;
+        for (const Candidate& c : candidates)
+            if (c.names().size() == 1 && !c.is_fault() && !has_any(base.point, c)) others.push_back(c);
+        for (Tried& t : round(model, base, others, options, nullptr)) {
+            if (!t.refined.ok || !confirmed(model, better(model, s.best.left, t.refined.left))) continue;
+            if (!needed(model, s.best, t.refined, options)) continue;
+            if (options.veto && !options.veto(t.refined.point).empty()) continue;
+            s.best = std::move(t.refined);
+            s.found[k] = {t.name, {}, s.found[k].round};
+            s.after[k] = s.best.point;
+            return true;
+        }
+    }
+    return false;
+}
+
 /// Those that come and go once or twice a turn, electrical or of the shaft: three legs' pulses do neither.
 std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
 {
@@ -499,6 +526,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             if (n == 0) s.plain = s.best;
             left = options.reported_rms(s.best.point);
         }
+        while (exchange(model, candidates, options, s)) left = options.reported_rms(s.best.point);
         const bool exact = below(left, options.exact);
         const std::vector<Candidate> rest = exact ? unlike_pulses(candidates) : std::vector<Candidate>();
         if (below(left, options.own) || (exact && rest.empty())) break;

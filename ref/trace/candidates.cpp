@@ -84,6 +84,15 @@ double off_any_curve(const std::vector<Log>& logs, double i_base_A)
     return least;
 }
 
+double rms_voltage(const std::vector<Log>& logs)
+{
+    double square = 0.0, rows = 0.0;
+    for (const Log& log : logs)
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            square += std::pow(at_row(log.v_d_V, k), 2) + std::pow(at_row(log.v_q_V, k), 2), ++rows;
+    return std::sqrt(square / std::max(rows, 1.0));
+}
+
 /// Settled rows without time, each warmed by its own current. (E170)
 void own_heat_candidates(const TraceSetup& setup, Catalogue& c)
 {
@@ -94,12 +103,18 @@ void own_heat_candidates(const TraceSetup& setup, Catalogue& c)
                                 "looks there like iron that bends";
         return c.cannot(Law::winding_temperature, why), c.cannot(Law::magnet_temperature, why);
     }
-    for (int n = 0; n < kOwnHeats; ++n) {
-        Input winding{Law::winding_temperature}, magnet{Law::magnet_temperature};
-        winding.heat = magnet.heat = kOwnHeat + n;
-        c.add(winding), c.add(magnet);
-        // A magnet is the slower one; of both the best pair is within two steps of one that is tried.
-        for (; magnet.heat < kOwnHeat + kOwnHeats; magnet.heat += 3) c.add(winding, magnet);
+    const bool grid = std::all_of(setup.logs->begin(), setup.logs->end(),
+                                  [&](const Log& log) { return !rows_across(log, setup.i_base_A).empty(); });
+    for (const int first : {kOwnHeat, kOwnHeatAcross}) {
+        const bool across = first != kOwnHeat;
+        // Without a memory no order counts.
+        for (int n = across ? 1 : 0; n < kOwnHeats && (grid || !across); ++n) {
+            Input winding{Law::winding_temperature}, magnet{Law::magnet_temperature};
+            winding.heat = magnet.heat = first + n;
+            c.add(winding), c.add(magnet);
+            // A magnet is the slower one; of both the best pair is within two steps of one that is tried.
+            for (; magnet.heat < first + kOwnHeats; magnet.heat += 3) c.add(winding, magnet);
+        }
     }
 }
 
@@ -350,6 +365,8 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             // Eddies follow a voltage that changes by rows within some tens of microseconds, a period or so.
             if (why.empty() && !settled)
                 for (const double periods : {kTurningAlone, 0.5, 1.0, 2.0, 4.0}) c.add({e.id, {periods}});
+            if (why.empty() && settled)
+                for (const double law : {kExcessLoss, kHysteresis}) c.add({e.id, {law, rms_voltage(logs)}});
             break;
         case Law::sample_shift:
             shift_candidates(settled, speeds && turns, why, c);

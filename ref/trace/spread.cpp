@@ -66,18 +66,21 @@ Eigen::VectorXd spread_over_heats(const TraceSetup& setup, const Refined& best)
             out.push_back(refine(model, start, kPasses));
         };
         const std::size_t all = here.point.terms.size();
-        int own = 0;
+        int own = 0, of_own = kOwnHeat;
         for (std::size_t n = 0; n < all; ++n) {
             const Term& t = here.point.terms[n];
             if (!has_state(t)) continue;
             const bool is_own = t.input.heat >= kOwnHeat;
-            const int first = is_own ? kOwnHeat : 1, end = first + (is_own ? kOwnHeats : kHeats);
+            const int first = !is_own                         ? 1
+                              : t.input.heat < kOwnHeatAcross ? kOwnHeat
+                                                              : kOwnHeatAcross,
+                      end = first + (is_own ? kOwnHeats : kHeats);
             for (int heat = first; heat < end; ++heat)
                 if (heat != t.input.heat) put(heat, n, n + 1);
-            own += is_own;
+            if (is_own) ++own, of_own = first;
         }
         // Winding and magnet may have another memory together.
-        for (int heat = kOwnHeat; own > 1 && heat < kOwnHeat + kOwnHeats; ++heat) put(heat, 0, all);
+        for (int heat = of_own; own > 1 && heat < of_own + kOwnHeats; ++heat) put(heat, 0, all);
         return out;
     });
     // A weight counts in its own state's unit; settled rows' states have one.

@@ -198,6 +198,23 @@ void say_inverter(const Point& at, TraceEffect& effect)
             effect.modulation = name_of(t.input.modulation), effect.law = name_of(t.input.loss);
 }
 
+/// What of settled points' effects is in no parameter: by which law iron loses, in which order rows warmed.
+void say_settled(const TraceSetup& setup, const Point& at, std::vector<std::string>& notes)
+{
+    for (const Term& t : at.terms) {
+        const double law = t.input.law == Law::iron_loss && setup.regime == Regime::steady ? t.input.shape[0] : 0.0;
+        if (law < 0.0)
+            notes.push_back("iron loss: goes with " +
+                            std::string(law == kHysteresis ? "the induced voltage, as hysteresis does"
+                                                           : "the 1.5th power of the induced voltage") +
+                            "; R_fe is that at " + figure(t.input.shape[1]) + " V");
+        if (t.input.heat >= kOwnHeatAcross) {
+            notes.emplace_back("own heat: follows the grid's rows across the order in which the file has them");
+            break;
+        }
+    }
+}
+
 /// Firmware learns what a dead time takes whichever way the current flows by a weight of its own.
 TraceInput firmware_input(const TraceSetup& setup, const Point& at, const Term& term)
 {
@@ -628,6 +645,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     if (!s.found.empty() && is_beside_magnet(s.best.point))
         result.notes.emplace_back("no thermometer is on the magnet: temp_winding_C stood for it. A magnet that warms "
                                   "by less than the sensor has a larger coefficient, by as much");
+    if (!s.found.empty()) say_settled(*setup, s.best.point, result.notes);
     if (!s.found.empty()) {
         const Point learned = as_firmware_learns(*setup, s.best);
         for (const Term& t : learned.terms)
