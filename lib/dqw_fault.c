@@ -21,10 +21,10 @@
 static const float PHASE_RE[3] = {1.0f, -0.5f, -0.5f};
 static const float PHASE_IM[3] = {0.0f, -0.8660254f, 0.8660254f};
 
-static void turned(float pattern[], int at, float size, int phase)
+static void turned(float pattern[], int at, float re, float im, int phase)
 {
-    pattern[at] = size * PHASE_RE[phase];
-    pattern[at + 1] = size * PHASE_IM[phase];
+    pattern[at] = re * PHASE_RE[phase] - im * PHASE_IM[phase];
+    pattern[at + 1] = re * PHASE_IM[phase] + im * PHASE_RE[phase];
 }
 
 // What one unit of a fault changes. False for a phase that it does not have.
@@ -42,16 +42,16 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
 #endif
         break;
     case DQW_FAULT_TURN_SHORT:
-        turned(p, DQW_SIGN_SHORT_RE, 1.0f, phase);
+        turned(p, DQW_SIGN_SHORT_RE, 1.0f, 0.0f, phase);
         p[DQW_SIGN_PSI] = -m.R_ohm;
         return true;
     case DQW_FAULT_PHASE_CONNECTION:
-        turned(p, DQW_SIGN_RESISTANCE_RE, 1.0f, phase);
+        turned(p, DQW_SIGN_RESISTANCE_RE, 1.0f, 0.0f, phase);
         p[DQW_SIGN_R] = 1.0f / m.R_ohm;
         return true;
     case DQW_FAULT_CURRENT_GAIN:
-        turned(p, DQW_SIGN_RESISTANCE_RE, -m.R_ohm, phase);
-        turned(p, DQW_SIGN_REACTANCE_RE, m.L_H, phase);
+        turned(p, DQW_SIGN_RESISTANCE_RE, -m.R_ohm, m.w_e_rad_s * m.L_H, phase);
+        turned(p, DQW_SIGN_REACTANCE_RE, m.L_H, 0.0f, phase);
         p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = -1.0f;
         return true;
     default: return false;

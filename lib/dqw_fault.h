@@ -16,15 +16,16 @@ extern "C" {
 /// What the machine is, for the patterns.
 typedef struct dqw_fault_machine {
     float R_ohm, L_H;
-    bool observed;  ///< by an observer's angle: its L_q tells nothing of the voltage
+    float w_e_rad_s;  ///< (E175)'s mean
+    bool observed;    ///< by an observer's angle: its L_q tells nothing of the voltage
 } dqw_fault_machine;
 
 /// Name what changed.
 ///
 /// Source   (E64) in docs/EQUATIONS.md
 /// Shape    change[], unit[]: DQW_SIGNS, read only. change: R, L_d, L_q, flux as parts of the healthy ones, V, rad,
-///          then the witness' weights, SI; unit: deviation of each that means nothing, > 0, DQW_UNKNOWN or more where
-///          it is not known
+///          then the witness' weights, SI, resistance's as the ripple at that speed; unit: deviation of each that
+///          means nothing, > 0, DQW_UNKNOWN or more where it is not known
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 2000 flops: once an event
 /// Context  background; no state

@@ -65,14 +65,13 @@ static enum dqw_status check(const dqw_monitor *m, const dqw_monitor_config *c)
     return c->commissioned && !(c->estimator.psi_Wb > 0.0f) ? DQW_ERR_PSI : DQW_OK;
 }
 
-// Once nothing can be refused any more: all that stands behind the estimator begins anew, in place, for a small core's
+// Once nothing can be refused any more: all that stands before the estimator begins anew, in place, for a small core's
 // stack has no room for another.
 static void begin(dqw_monitor *m, const dqw_monitor_config *config)
 {
     unsigned char *bytes = (unsigned char *)(void *)m;
-    for (size_t i = offsetof(dqw_monitor, witness); i < sizeof *m; i++) bytes[i] = 0;
+    for (size_t i = 0; i < offsetof(dqw_monitor, estimator); i++) bytes[i] = 0;
     m->config = config;
-    dqw_watch_init(&m->watch);
 }
 
 enum dqw_status dqw_monitor_init(dqw_monitor *m, const dqw_monitor_config *config)
@@ -299,8 +298,12 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
             unit[at] = unit[at + 1] = sure ? least : DQW_UNKNOWN;
         }
     }
+    // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E175)
+    const float w_e = dqw_witness_speed(&m->witness);
+    change[DQW_SIGN_RESISTANCE_RE] -= w_e * change[DQW_SIGN_REACTANCE_IM];
+    change[DQW_SIGN_RESISTANCE_IM] += w_e * change[DQW_SIGN_REACTANCE_RE];
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
-                                       0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]),
+                                       0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]), w_e,
                                        m->config->estimator.observed};
     return dqw_fault_name_it(change, unit, machine);
 }

@@ -60,8 +60,6 @@ typedef struct dqw_monitor_healthy {
 /// A motor's monitor.
 typedef struct dqw_monitor {
     const dqw_monitor_config *config;
-    dqw_estimator estimator;
-    dqw_witness witness;
     dqw_monitor_healthy healthy;
     // Friction: mean over reversals, its variance; the mean torque being gathered, and that before it.
     float friction_Nm, spread_Nm2, w_before_rad_s, gathered_Nm, before_Nm;
@@ -75,6 +73,8 @@ typedef struct dqw_monitor {
     bool has_change;
     void (*enter_as_stored)(
         struct dqw_monitor *m);  ///< healthy values came from a store, which a firmware without one carries no code for
+    dqw_witness witness;
+    dqw_estimator estimator;  ///< last, so that what stands before it is in reach of short instructions
 } dqw_monitor;
 
 /// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may

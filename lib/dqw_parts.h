@@ -135,6 +135,7 @@ typedef struct dqw_witness {
     /// weights, SI; their angle is twice that of the phase (offset: the vector in the stator)
     float re[DQW_WITNESS_INPUTS], im[DQW_WITNESS_INPUTS];
     float power[DQW_WITNESS_INPUTS];  ///< mean squared input, SI: volts per unit of the weight
+    float across;                     ///< mean product of resistance's input, turned by 90 degrees, and reactance's
     uint16_t blocks;                  ///< learned, up to the memory
 } dqw_witness;
 

@@ -85,6 +85,8 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimat
                            ((float)DQW_WITNESS_MEMORY * (w->power[k] > 0.1f * power ? w->power[k] : 0.1f * power));
         w->re[k] += step * (x[k].re * error.re + x[k].im * error.im);
         w->im[k] += step * (x[k].re * error.im - x[k].im * error.re);
+        // Reactance's input is resistance's, turned by 90 degrees, times the speed.
+        if (k == DQW_WITNESS_RESISTANCE) w->across += (w_e * power - w->across) * part;
     }
     return true;
 }
@@ -94,10 +96,18 @@ float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input)
     return sqrtf(w->re[input] * w->re[input] + w->im[input] * w->im[input]);
 }
 
+float dqw_witness_speed(const dqw_witness *w)
+{
+    const float power = w->power[DQW_WITNESS_RESISTANCE];
+    return power > 0.0f ? w->across / power : 0.0f;
+}
+
 float dqw_witness_sd(const dqw_witness *w, const dqw_estimator *e, enum dqw_witness_input input)
 {
-    if (w->blocks < DQW_WITNESS_MEMORY || !(w->power[input] > 0.0f)) return DQW_UNKNOWN;
+    float power = w->power[input];
+    if (input == DQW_WITNESS_REACTANCE) power -= dqw_witness_speed(w) * w->across;
+    if (w->blocks < DQW_WITNESS_MEMORY || !(power > 0.0f)) return DQW_UNKNOWN;
     const float noise = (e->error_pu2[0] + e->error_pu2[1]) * (0.25f / (float)DQW_WITNESS_MEMORY);
     const float variance = noise + dqw_estimator_witness_pu2(e);
-    return e->config->v_base_V * sqrtf(variance / w->power[input]);
+    return e->config->v_base_V * sqrtf(variance / power);
 }

@@ -26,10 +26,12 @@
 static const int32_t PHASE_RE_Q24[3] = {ONE_Q24, -ONE_Q24 / 2, -ONE_Q24 / 2};
 static const int32_t PHASE_IM_Q24[3] = {0, -14529495, 14529495};
 
-static void turned(int64_t pattern_q24[], int at, int32_t size_q24, int phase)
+static void turned(int64_t pattern_q24[], int at, int32_t re_q24, int32_t im_q24, int phase)
 {
-    pattern_q24[at] = dqw_q_round64((int64_t)size_q24 * PHASE_RE_Q24[phase], 24);
-    pattern_q24[at + 1] = dqw_q_round64((int64_t)size_q24 * PHASE_IM_Q24[phase], 24);
+    const int64_t re = PHASE_RE_Q24[phase];
+    const int64_t im = PHASE_IM_Q24[phase];
+    pattern_q24[at] = dqw_q_round64(re_q24 * re - im_q24 * im, 24);
+    pattern_q24[at + 1] = dqw_q_round64(re_q24 * im + im_q24 * re, 24);
 }
 
 // What one unit of a fault changes. False for a phase that it does not have.
@@ -47,16 +49,17 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine_q1
 #endif
         break;
     case DQW_FAULT_TURN_SHORT:
-        turned(p, DQW_SIGN_SHORT_RE, ONE_Q24, phase);
+        turned(p, DQW_SIGN_SHORT_RE, ONE_Q24, 0, phase);
         p[DQW_SIGN_PSI] = -dqw_q_product64(m.short_q40, m.R_q24, -40);
         return true;
     case DQW_FAULT_PHASE_CONNECTION:
-        turned(p, DQW_SIGN_RESISTANCE_RE, ONE_Q24, phase);
+        turned(p, DQW_SIGN_RESISTANCE_RE, ONE_Q24, 0, phase);
         p[DQW_SIGN_R] = dqw_q_quotient64(ONE_Q24, m.R_q24, 24);
         return true;
     case DQW_FAULT_CURRENT_GAIN:
-        turned(p, DQW_SIGN_RESISTANCE_RE, m.R_q24 > INT32_MIN ? -m.R_q24 : INT32_MAX, phase);
-        turned(p, DQW_SIGN_REACTANCE_RE, m.L_q24, phase);
+        turned(p, DQW_SIGN_RESISTANCE_RE, m.R_q24 > INT32_MIN ? -m.R_q24 : INT32_MAX,
+               dqw_q_times32(m.speed_q24, m.L_q24, -24), phase);
+        turned(p, DQW_SIGN_REACTANCE_RE, m.L_q24, 0, phase);
         p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = -ONE_Q24;
         return true;
     default: return false;

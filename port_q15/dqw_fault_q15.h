@@ -15,6 +15,7 @@ extern "C" {
 typedef struct dqw_fault_machine_q15 {
     int32_t R_q24, L_q24;  ///< of the nominal R, of the mean of the nominal L_d and L_q
     int64_t short_q40;     ///< dqw_witness_short_q40()
+    int32_t speed_q24;     ///< (E175)'s mean: reactance's input over resistance's
     bool observed;         ///< by an observer's angle: its L_q tells nothing of the voltage
 } dqw_fault_machine_q15;
 
@@ -30,7 +31,8 @@ typedef struct dqw_fault_verdict_q15 {
 /// Source   (E64) in docs/EQUATIONS.md
 /// Shape    change_q24[], unit_q24[]: DQW_SIGNS, read only
 /// Format   Q24. change: R, L_d, L_q, flux as parts of the healthy ones, dead time in its weight's unit, rad, then the
-///          witness' weights; unit: deviation of each that means nothing, > 0; INT32_MAX where it is not known
+///          witness' weights, resistance's as the ripple at that speed; unit: deviation of each that means nothing,
+///          > 0; INT32_MAX where it is not known
 /// Returns  DQW_FAULT_UNKNOWN where no pattern explains most of it
 /// Cost     about 500 products of free exponents: once an event
 /// Context  background; no state

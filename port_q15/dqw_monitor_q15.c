@@ -77,14 +77,9 @@ static enum dqw_status check(const dqw_monitor_q15 *m, const dqw_monitor_q15_con
 // In place, once nothing can be refused any more: a small core's stack has no room for a second one.
 static void begin(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config)
 {
-    const dqw_monitor_healthy_q15 nothing = {.friction_q24 = 0};
+    unsigned char *bytes = (unsigned char *)(void *)m;
+    for (size_t i = 0; i < offsetof(dqw_monitor_q15, estimator); i++) bytes[i] = 0;
     m->config = config;
-    m->healthy = nothing;
-    m->spread_q48 = 0;
-    m->friction_q24 = m->w_before_q28 = m->gathered_q24 = m->before_q24 = 0;
-    m->has_change = m->restored = false;
-    dqw_witness_init_q15(&m->witness);
-    dqw_watch_init(&m->watch);
 }
 
 enum dqw_status dqw_monitor_init_q15(dqw_monitor_q15 *m, const dqw_monitor_q15_config *config)
@@ -304,8 +299,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(m, channel, &x);
         // A change of a third of a band is none; what is not known counts for nothing.
-        const int32_t least = x.sd == INT32_MAX ? INT32_MAX
-                                                : dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
+        const int32_t least = dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
         if (channel < DQW_WATCH_OFFSET) {
             const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
                                   : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
@@ -320,9 +314,16 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
             unit_q24[at] = unit_q24[at + 1] = least;
         }
     }
+    // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E175)
+    const int32_t speed_q24 = dqw_witness_speed_q24(&m->witness);
+    int32_t *ripple_q24 = &change_q24[DQW_SIGN_RESISTANCE_RE];
+    const int64_t re = dqw_q_times64(speed_q24, change_q24[DQW_SIGN_REACTANCE_IM], -24);
+    const int64_t im = dqw_q_times64(speed_q24, change_q24[DQW_SIGN_REACTANCE_RE], -24);
+    ripple_q24[0] = dqw_q31_sat(ripple_q24[0] - re);
+    ripple_q24[1] = dqw_q31_sat(ripple_q24[1] + im);
     const dqw_estimator_q15_config *c = m->estimator.config;
     const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(c), c->observed};
+                                           dqw_witness_short_q40(c), speed_q24, c->observed};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 

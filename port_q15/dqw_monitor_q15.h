@@ -65,15 +65,13 @@ typedef struct dqw_monitor_healthy_q15 {
 
 /// A motor's monitor, in whole numbers.
 typedef struct dqw_monitor_q15 {
-    dqw_estimator_q15 estimator;
-    dqw_witness_q15 witness;
+    const dqw_monitor_q15_config *config;
     dqw_monitor_healthy_q15 healthy;
     // Friction, in the same unit: its variance over reversals, their mean; the mean torque being gathered, and that
     // before it.
     int64_t spread_q48;
     int32_t friction_q24, w_before_q28, gathered_q24, before_q24;
     dqw_watch watch;
-    const dqw_monitor_q15_config *config;
     // The change that was named last, as dqw_monitor_event_q15() tells it; its time in halves of a window.
     uint32_t named_at;
     int32_t named_value, named_sd, named_healthy;
@@ -82,6 +80,8 @@ typedef struct dqw_monitor_q15 {
     uint8_t named_channel, named_looks;  ///< looks since it began to show
     bool has_change;
     bool restored;  ///< healthy values came from a store
+    dqw_witness_q15 witness;
+    dqw_estimator_q15 estimator;  ///< last, so that what stands before it is in reach of short instructions
 } dqw_monitor_q15;
 
 /// A configuration for a machine of which no more than the nameplate is known; nominal values, bands and the like may

@@ -152,6 +152,10 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
         toward(&w->re_q28[k], (int64_t)at->re * error.re + (int64_t)at->im * error.im, by);
         toward(&w->im_q28[k], (int64_t)at->re * error.im - (int64_t)at->im * error.re, by);
     }
+    const complex_number *of = &x[DQW_WITNESS_RESISTANCE];
+    const complex_number *with = &x[DQW_WITNESS_REACTANCE];
+    const int64_t across = (int64_t)with->im * of->re - (int64_t)with->re * of->im;
+    w->across_q52 += dqw_q_product64(across - w->across_q52, (1u << 31) / w->blocks, -31);
     return true;
 }
 
@@ -160,10 +164,17 @@ int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input in
     return dqw_q_length32(w->re_q28[input], w->im_q28[input]);
 }
 
+int32_t dqw_witness_speed_q24(const dqw_witness_q15 *w)
+{
+    return dqw_q_quotient32(w->across_q52, w->power_q52[DQW_WITNESS_RESISTANCE], 24);
+}
+
 int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input input)
 {
-    if (w->blocks < DQW_WITNESS_MEMORY || w->power_q52[input] <= 0) return INT32_MAX;
+    int64_t power_q52 = w->power_q52[input];
+    if (input == DQW_WITNESS_REACTANCE) power_q52 -= dqw_q_times64(w->across_q52, dqw_witness_speed_q24(w), -24);
+    if (w->blocks < DQW_WITNESS_MEMORY || power_q52 <= 0) return INT32_MAX;
     const int64_t noise_q56 = dqw_q_quotient64(t->error_q56[0] + t->error_q56[1], 4 * (int64_t)DQW_WITNESS_MEMORY, 0);
-    const int64_t v_q56 = dqw_q_quotient64(noise_q56 + dqw_estimator_witness_q56(t), w->power_q52[input], 52);
+    const int64_t v_q56 = dqw_q_quotient64(noise_q56 + dqw_estimator_witness_q56(t), power_q52, 52);
     return dqw_q31_sat(dqw_q_root64((uint64_t)v_q56));
 }

@@ -18,7 +18,8 @@ extern "C" {
 typedef struct dqw_witness_q15 {
     int32_t re_q28[DQW_WITNESS_INPUTS], im_q28[DQW_WITNESS_INPUTS];
     int64_t power_q52[DQW_WITNESS_INPUTS];  ///< mean squared input, of the full voltage
-    uint16_t blocks;                        ///< learned, up to the memory
+    int64_t across_q52;  ///< mean product of resistance's input, turned by 90 degrees, and reactance's
+    uint16_t blocks;     ///< learned, up to the memory
 } dqw_witness_q15;
 
 /// Forget everything.
@@ -46,6 +47,11 @@ int32_t dqw_witness_mean_L_q24(const dqw_estimator_q15_config *config, int32_t L
 /// Format   Q28
 int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input input);
 int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input input);
+
+/// Mean speed of what it remembers: reactance's input over resistance's, turned by 90 degrees; 0 where there is none.
+/// Source   (E175) in docs/EQUATIONS.md
+/// Format   Q24
+int32_t dqw_witness_speed_q24(const dqw_witness_q15 *w);
 
 #ifdef __cplusplus
 }

@@ -9,7 +9,7 @@ void tearDown(void) {}
 #define R_OHM 0.5
 #define L_H 1.2e-3
 
-static const dqw_fault_machine machine = {(float)R_OHM, (float)L_H, false};
+static dqw_fault_machine machine = {(float)R_OHM, (float)L_H, 0.0f, false};
 
 // What a change must exceed to mean something: 4 % of R, L_d, L_q, 1 % of the flux, 0.07 V, 0.02 rad; then both parts
 // of 0.06 A, 3 % of R,
@@ -77,8 +77,10 @@ static void change_of(enum dqw_fault_name name, int phase, double size, double a
         break;
     case DQW_FAULT_CURRENT_GAIN:  // one sensor reads `size` of its current more: the machine seems to have less of everything
         for (int i = DQW_SIGN_R; i <= DQW_SIGN_LQ; i++) change[i] = -size / 3;
-        change[DQW_SIGN_RESISTANCE_RE] = -R_OHM * size / 3 * cos(twice);
-        change[DQW_SIGN_RESISTANCE_IM] = -R_OHM * size / 3 * sin(twice);
+        // As at the mean speed: of -(R - j w L) the whole.
+        const double X_ohm = (double)machine.w_e_rad_s * L_H;
+        change[DQW_SIGN_RESISTANCE_RE] = -(R_OHM * cos(twice) + X_ohm * sin(twice)) * size / 3;
+        change[DQW_SIGN_RESISTANCE_IM] = -(R_OHM * sin(twice) - X_ohm * cos(twice)) * size / 3;
         change[DQW_SIGN_REACTANCE_RE] = L_H * size / 3 * cos(twice);
         change[DQW_SIGN_REACTANCE_IM] = L_H * size / 3 * sin(twice);
         break;
@@ -115,18 +117,20 @@ static dqw_fault_verdict judge(const double change[], double noise, test_random 
 static void test_every_pattern_is_named_with_its_phase(void)
 {
     static const double sizes[] = {1.0, 10.0, 1000.0};  // of a unit: naming has no threshold of its own
+    static const float speeds_rad_s[] = {0.0f, 300.0f, -300.0f};
     test_random r = {1};
     for (int k = 0; k < PATTERNS_N; k++)
         for (int phase = 0; phase < (PATTERNS[k].phases ? 3 : 1); phase++)
-            for (int s = 0; s < 6; s++) {
-                const double sign = s < 3 ? 1.0 : -1.0;
+            for (int s = 0; s < 18; s++) {
+                machine.w_e_rad_s = speeds_rad_s[s / 6];
+                const double sign = s % 6 < 3 ? 1.0 : -1.0;
                 const double at_rad = random_uniform(&r, -PI, PI);
                 double change[DQW_SIGNS];
                 change_of(PATTERNS[k].name, phase, sign * size_of(PATTERNS[k].name, phase, sizes[s % 3]), at_rad,
                           change);
                 const dqw_fault_verdict v = judge(change, 0.0, NULL);
-                CASE("%s, phase %d, %g units: name %d, phase %d, confidence %g", PATTERNS[k].text, phase,
-                     sign * sizes[s % 3], (int)v.name, v.phase, (double)v.confidence);
+                CASE("%s at %g rad/s, phase %d, %g units: name %d, phase %d, confidence %g", PATTERNS[k].text,
+                     (double)machine.w_e_rad_s, phase, sign * sizes[s % 3], (int)v.name, v.phase, (double)v.confidence);
                 if (sign > 0.0 || PATTERNS[k].both_signs) {
                     HOLDS(v.name == PATTERNS[k].name);
                     HOLDS(v.phase == phase);
@@ -135,6 +139,7 @@ static void test_every_pattern_is_named_with_its_phase(void)
                     HOLDS(v.name != PATTERNS[k].name);
                 }
             }
+    machine.w_e_rad_s = 0.0f;
 }
 
 // In whatever unit a change is given: of what lies in line with a pattern, the pattern leaves nothing.
@@ -290,8 +295,8 @@ static void test_an_observers_L_q_does_not_contradict_a_scale(void)
             x[DQW_SIGN_MAP_D] = x[DQW_SIGN_MAP_Q] = 0.1f;
             const int other[] = {DQW_SIGN_LQ, DQW_SIGN_R, DQW_SIGN_LD};
             x[other[against]] = against == 0 ? 0.25f : 0.0f;
-            const dqw_fault_verdict v = dqw_fault_name_it(x, unit,
-                                                          (dqw_fault_machine){(float)R_OHM, (float)L_H, encoder == 0});
+            const dqw_fault_verdict v = dqw_fault_name_it(
+                x, unit, (dqw_fault_machine){(float)R_OHM, (float)L_H, 0.0f, encoder == 0});
             CASE("encoder %d, sign %d: name %d, confidence %g", encoder, other[against], (int)v.name,
                  (double)v.confidence);
             HOLDS((v.name == DQW_FAULT_VOLTAGE_SCALE) == (encoder == 0 && against == 0));
@@ -301,7 +306,7 @@ static void test_an_observers_L_q_does_not_contradict_a_scale(void)
     float unit[DQW_SIGNS];
     for (int i = 0; i < DQW_SIGNS; i++) unit[i] = (float)UNIT[i];
     TEST_ASSERT_EQUAL_INT(DQW_FAULT_UNKNOWN,
-                          dqw_fault_name_it(x, unit, (dqw_fault_machine){(float)R_OHM, (float)L_H, true}).name);
+                          dqw_fault_name_it(x, unit, (dqw_fault_machine){(float)R_OHM, (float)L_H, 0.0f, true}).name);
 }
 
 static void test_zeros_and_no_numbers_are_unknown_without_confidence(void)

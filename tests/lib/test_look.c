@@ -279,8 +279,13 @@ static dqw_fault_verdict named(const dqw_monitor *m)
                                                                                             : DQW_UNKNOWN;
         }
     }
+    // (E175): a phase's ripple as it is at the speed that its input remembers.
+    const double w_e = m->witness.power[1] > 0 ? (double)m->witness.across / (double)m->witness.power[1] : 0;
+    const float *gain = &change[DQW_SIGN_REACTANCE_RE];
+    change[DQW_SIGN_RESISTANCE_RE] -= (float)(w_e * (double)gain[1]);
+    change[DQW_SIGN_RESISTANCE_IM] += (float)(w_e * (double)gain[0]);
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
-                                       (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]) / 2,
+                                       (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]) / 2, (float)w_e,
                                        m->config->estimator.observed};
     return dqw_fault_name_it(change, unit, machine);
 }

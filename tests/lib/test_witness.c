@@ -288,6 +288,44 @@ static void test_power_is_a_mean(void)
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) BETWEEN(0.9999, (double)(w.power[k] / first.power[k]), 1.0001);
 }
 
+// At one speed a phase's resistance and a sensor's gain make the same ripple: its sum is known, reactance's share is not;
+// the further the speed spreads, the better. (E175)
+static void test_what_a_speed_that_stays_tells(void)
+{
+    static const double spreads[] = {0.0, 0.01, 0.3};
+    const dqw_estimator_config c = config_of();
+    for (int way = -1; way <= 1; way += 2)
+        for (int k = 0; k < 3; k++) {
+            const defect f = {.extra_ohm = 0.3, .phase = 1};
+            dqw_estimator t;
+            dqw_estimator_block b;
+            TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
+            t.error_pu2[0] = t.error_pu2[1] = 1e-6f;
+            dqw_witness w;
+            dqw_witness_init(&w);
+            double theta = 0.0;
+            for (int n = 0; n < 1500; n++) {
+                const double w_e = way * 300 * (n % 2 ? 1 + spreads[k] : 1 - spreads[k]);
+                theta = fmod(theta + w_e * HALF * DT_S, 2 * PI);
+                hand_over(&t, &b, &f, n % 4 < 2 ? 3 * I : -3 * I, 0, w_e, theta, 0.0, NULL);
+                HOLDS(dqw_witness_learn(&w, &t, &b));
+            }
+            CASE("way %d, spread %g", way, spreads[k]);
+            const double mean = (double)dqw_witness_speed(&w);
+            BETWEEN(k == 2 ? 0.98 : 0.997, mean / (way * 300), 1.003);  // a block leaves less of what turns faster
+            const vector ripple = w.re[1] + I * w.im[1] + I * mean * (w.re[2] + I * w.im[2]);
+            BETWEEN(-3e-3, cabs(ripple - 0.1 * cexp(4 * I * PI / 3)), 3e-3);
+            if (k == 0) BETWEEN(0.4, cabs(w.re[1] + I * w.im[1]) / 0.1, 0.6);
+            // Of two speeds w (1 +- s): w^2 s^2 of the current's power.
+            const double power = (double)w.power[1] * pow(300 * spreads[k], 2);
+            const double sd = V_BASE * sqrt(5e-7 / 300 / power);
+            const double got = (double)dqw_witness_sd(&w, &t, DQW_WITNESS_REACTANCE);
+            if (k == 2) BETWEEN(0.95, got / sd, 1.05);
+            if (k == 1) BETWEEN(0.8, got / sd, 1.2);
+            if (k == 0) HOLDS(got > 20 * V_BASE * sqrt(5e-7 / 300 / (double)w.power[2]));
+        }
+}
+
 static void test_it_knows_no_deviation_before_its_memory_is_full(void)
 {
     const defect f = {.extra_ohm = 0.1};
@@ -317,6 +355,7 @@ int main(void)
     RUN_TEST(test_deviation_is_what_repeated_runs_scatter_by);
     RUN_TEST(test_it_refuses_where_it_cannot_see);
     RUN_TEST(test_power_is_a_mean);
+    RUN_TEST(test_what_a_speed_that_stays_tells);
     RUN_TEST(test_it_knows_no_deviation_before_its_memory_is_full);
     return UNITY_END();
 }

@@ -304,9 +304,16 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
             unit_q24[at] = unit_q24[at + 1] = known ? rounded(least * Q24) : INT32_MAX;
         }
     }
+    // (E175): a phase's ripple as it is at the speed that its input remembers.
+    const double power = (double)m->witness.power_q52[1];
+    const double speed = power > 0 ? fmin(fmax((double)m->witness.across_q52 / power, -128), 128) : 0;
+    const int32_t *gain_q24 = &change_q24[DQW_SIGN_REACTANCE_RE];
+    change_q24[DQW_SIGN_RESISTANCE_RE] = rounded(change_q24[DQW_SIGN_RESISTANCE_RE] - speed * gain_q24[1]);
+    change_q24[DQW_SIGN_RESISTANCE_IM] = rounded(change_q24[DQW_SIGN_RESISTANCE_IM] + speed * gain_q24[0]);
     const int32_t *h = m->healthy.weight_q24;
     const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(&config.estimator), config.estimator.observed};
+                                           dqw_witness_short_q40(&config.estimator), rounded(speed * Q24),
+                                           config.estimator.observed};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 

@@ -107,6 +107,11 @@ static void test_a_block_is_the_equations(void)
             HOLDS(w.blocks == (k < 300 ? k + 1 : 300));
             double complex error = (e.e_q28[0] + I * e.e_q28[1]) / Q28;
             for (int n = 0; n < K; n++) error -= (before.re_q28[n] + I * before.im_q28[n]) / Q28 * x[n];
+            const double across = creal(x[DQW_WITNESS_REACTANCE] * conj(I * x[DQW_WITNESS_RESISTANCE]));
+            const double across_was = (double)before.across_q52 / Q52;
+            const double across_mean = across_was + (across - across_was) / w.blocks;
+            alike(across_mean, (double)w.across_q52 / Q52, 3e-4 * (fabs(across_mean) + fabs(across)) + 1e-13, "across");
+            alike((double)w.across_q52 / (double)w.power_q52[1] * 16777216, dqw_witness_speed_q24(&w), 2, "speed");
             for (int n = 0; n < K; n++) {
                 CASE("way %d, block %d, weight %d", way, k, n);
                 const double power = pow(cabs(x[n]), 2);
@@ -143,7 +148,11 @@ static void test_deviations(void)
             e.segment.since = 3;
             // Of each axis half of both.
             const double noise2 = (3e-5 + 7e-5) / 2 / (2 * 300);
-            const double sd = sqrt((noise2 + 0.16 * 2e-6 / 4) / power);
+            // Of reactance what is not in line with resistance: 1 - 0.6^2. (E175)
+            const double own = n == DQW_WITNESS_REACTANCE ? 0.64 : 1;
+            if (n == DQW_WITNESS_REACTANCE) w.power_q52[1] = llrint(0.03 * Q52);
+            w.across_q52 = llrint(-0.6 * sqrt((double)w.power_q52[1]) * sqrt((double)w.power_q52[2]));
+            const double sd = sqrt((noise2 + 0.16 * 2e-6 / 4) / (own * power));
             const int32_t got = dqw_witness_sd_q28(&w, &e, (enum dqw_witness_input)n);
             if (blocks < 300)
                 HOLDS(got == INT32_MAX);
