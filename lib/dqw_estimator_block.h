@@ -243,6 +243,8 @@ float dqw_estimator_value(const dqw_estimator *e, int weight);
 /// Source   (E20), (E61), (E106) in docs/EQUATIONS.md
 float dqw_estimator_noise_sd(const dqw_estimator *e, int weight);
 float dqw_estimator_sd(const dqw_estimator *e, int weight);
+/// The same, so many segments after a weight was found changed.
+float dqw_estimator_sd_since(const dqw_estimator *e, int weight, uint16_t since);
 
 /// The same of the value itself, with the error of the voltage that the configuration allows for.
 /// Source   (E61), (E106) in docs/EQUATIONS.md

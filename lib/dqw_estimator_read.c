@@ -179,9 +179,14 @@ float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 
 float dqw_estimator_sd(const dqw_estimator *e, int weight)
 {
+    return dqw_estimator_sd_since(e, weight, e->segment.since);
+}
+
+float dqw_estimator_sd_since(const dqw_estimator *e, int weight, uint16_t since)
+{
     const dqw_lasting now = dqw_estimator_lasting(e);
     const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now, 0);
-    const float met = 1.0f + (float)e->segment.since;
+    const float met = 1.0f + (float)since;
     return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);
 }
 

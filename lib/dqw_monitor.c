@@ -33,7 +33,6 @@
 #define TEMPERATURE_BAND_K 5.0f
 // Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
-#define HEATING_K_S 1.0f
 // A change is named within so many looks of being found.
 #define OPENED_LOOKS 64u
 // What shows waits so long for a segment of its own, and a weight that was found changed settles for so many looks.
@@ -160,22 +159,10 @@ static void begin_rest(dqw_monitor *m)
     dqw_watch_rest(&m->watch);
 }
 
-static float heat_since(const dqw_monitor *m, int channel)
-{
-    const dqw_monitor_config *c = m->config;
-    const bool flux = channel == DQW_WATCH_PSI;
-    const float rate = flux ? dqw_monitor_beta(m) * m->healthy.cold_psi_Wb
-                            : dqw_monitor_alpha(m) * m->healthy.cold_R_ohm;
-    const uint16_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
-    return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) *
-           (DQW_MONITOR_SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
-           (float)(halves * m->estimator.window.half);
-}
-
 // R or flux as measured, as far as heat can have made it since its healthy value last followed, and `more`.
 static float heated(const dqw_monitor *m, int channel, float more)
 {
-    const float bound = heat_since(m, channel) + more;
+    const float bound = dqw_monitor_heat_since(m, channel) + more;
     const float from = m->healthy.weight[channel];
     const float off = value(m, channel) - from;
     return from + (off > bound ? bound : off < -bound ? -bound : off);

@@ -14,8 +14,14 @@
 // Nor than what a ripple moves by that turns round: twice itself.
 #define RIPPLE_TURNED 2.0f
 #define USABLE_SD (0.1f / 3.0f)
-// A change so much larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105).
+// A change so much larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105). (E176)
 #define TOLD 1.25f
+// A weight that is found changed is no surer than so many segments later.
+#define OPENED 3u
+// In 95 of 100, on one side.
+#define ONE_SIDED 1.64f
+// The witness' memories within which a ripple is to be told, 2 s.
+#define APART_MEMORIES 7.0f
 // More than any fault makes of it: so much of R, L_d, L_q or the flux; of the others so many usual bands.
 #define COARSE 0.3f
 #define COARSE_BANDS 10.0f
@@ -32,6 +38,7 @@ static const float BAND[DQW_WATCH_CHANNELS] = {
 };
 #define ALPHA_PER_K 0.0039f
 #define BETA_PER_K 0.001f
+#define HEATING_K_S 1.0f
 
 static float or_else(float configured, float otherwise)
 {
@@ -56,6 +63,18 @@ float dqw_monitor_beta(const dqw_monitor *m)
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm)
 {
     return (R_ohm / m->healthy.cold_R_ohm - 1.0f) / dqw_monitor_alpha(m);
+}
+
+float dqw_monitor_heat_since(const dqw_monitor *m, int channel)
+{
+    const dqw_monitor_config *c = m->config;
+    const bool flux = channel == DQW_WATCH_PSI;
+    const float rate = flux ? dqw_monitor_beta(m) * m->healthy.cold_psi_Wb
+                            : dqw_monitor_alpha(m) * m->healthy.cold_R_ohm;
+    const uint16_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
+    return rate * (c->heating_K_s > 0.0f ? c->heating_K_s : HEATING_K_S) *
+           (DQW_MONITOR_SLACK * (float)(1u << DQW_WATCH_FOLLOW_SHIFT)) * c->estimator.dt_s *
+           (float)(halves * m->estimator.window.half);
 }
 
 bool dqw_monitor_knows_heat(const dqw_monitor *m)
@@ -206,6 +225,19 @@ static float too_much(const dqw_monitor *m, int channel)
     return COARSE_BANDS * BAND[channel] * dqw_monitor_band_of(m, channel) / dqw_monitor_band(m, channel);
 }
 
+// A ripple over what its own input has of it after so many memories: resistance and reactance share it while the speed
+// stays, those and shorted turns while the current does. (E176)
+static float shared(const dqw_monitor *m, int channel)
+{
+    if (channel <= DQW_WATCH_OFFSET || channel >= DQW_WATCH_FRICTION) return 1.0f;
+    const dqw_segment *s = &m->estimator.segment;
+    const int k = channel == DQW_WATCH_SHORT ? 1 : 0;
+    const float mean = s->mean[k] * s->mean[k];
+    const float like = mean > 0.0f ? sqrtf(mean / (mean + s->variance[k])) : 0.0f;
+    const float apart = APART_MEMORIES * (1.0f - like);
+    return (1.0f + apart) / (0.5f + apart);
+}
+
 // Why not, and where it is watched the smallest change that would be an event; DQW_UNKNOWN else.
 static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
 {
@@ -236,20 +268,24 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
     // [CHN.5] what is known well enough: a temperature where R is to its band
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat(m)) return DQW_WHY_UNSETTLED;
-        *least = dqw_monitor_band(m, channel);
+        *least = dqw_monitor_band(m, channel) +
+                 ONE_SIDED * dqw_estimator_read(e, DQW_R).sd / (m->healthy.cold_R_ohm * dqw_monitor_alpha(m));
         return DQW_WHY_IN_SERVICE;
     }
     if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_WHY_UNSETTLED;
 
-    // [CHN.6] what segments tell as well, and what is too much
-    float sure = dqw_monitor_surely(m, channel, x.sd);
-    if (channel < DQW_WATCH_OFFSET && e->config->follow) {
+    // [CHN.6] what segments tell as well, and an opening leaves unsure; and what is too much
+    const bool followed = channel < DQW_WATCH_OFFSET && e->config->follow;
+    const uint16_t since = followed && e->segment.since > OPENED ? OPENED : e->segment.since;
+    float sure = dqw_monitor_surely(m, channel, followed ? dqw_estimator_sd_since(e, weight, since) : x.sd);
+    if (followed) {
         const float seen_pu = dqw_segment_sees(&e->segment, weight);
         if (!(seen_pu < DQW_UNKNOWN)) return e->segment.segments == 0 ? DQW_WHY_UNSETTLED : DQW_WHY_NOT_TAUGHT;
         const float seen = seen_pu * dqw_estimator_unit(e, weight);
         sure = seen > sure ? seen : sure;
     }
-    *least = TOLD * sure;
+    *least = TOLD * shared(m, channel) * sure;
+    if (channel == DQW_WATCH_R || channel == DQW_WATCH_PSI) *least += dqw_monitor_heat_since(m, channel);
     return sure < too_much(m, channel) ? DQW_WHY_IN_SERVICE : DQW_WHY_COARSE;
 }
 

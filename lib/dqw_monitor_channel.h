@@ -20,6 +20,9 @@ float dqw_monitor_band_of(const dqw_monitor *m, int channel);
 float dqw_monitor_alpha(const dqw_monitor *m);
 float dqw_monitor_beta(const dqw_monitor *m);
 
+/// What heat may have made of R or the flux since its healthy value last followed, in its own unit.
+float dqw_monitor_heat_since(const dqw_monitor *m, int channel);
+
 /// The winding's rise above cold, K, where its resistance is this.
 float dqw_monitor_rise_K(const dqw_monitor *m, float R_ohm);
 

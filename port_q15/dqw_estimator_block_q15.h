@@ -292,6 +292,8 @@ int64_t dqw_estimator_inflation_q20(const dqw_estimator_q15 *e, int weight);
 /// Source   (E20), (E61), (E106) in docs/EQUATIONS.md
 int32_t dqw_estimator_noise_sd_q24(const dqw_estimator_q15 *e, int weight);
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight);
+/// The same, so many segments after a weight was found changed.
+int32_t dqw_estimator_sd_since_q24(const dqw_estimator_q15 *e, int weight, uint16_t since);
 
 /// What of the residual lasts, squared: two and three blocks later, from one stretch to the next; and all of it.
 typedef struct dqw_lasting_q15 {

@@ -227,11 +227,16 @@ static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
 
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)
 {
+    return dqw_estimator_sd_since_q24(e, weight, e->segment.since);
+}
+
+int32_t dqw_estimator_sd_since_q24(const dqw_estimator_q15 *e, int weight, uint16_t since)
+{
     const int64_t noise = noise_q56(e, weight);
     if (noise == INT64_MAX) return INT32_MAX;
     const dqw_lasting_q15 lasts = e->segment.segments > 0 ? dqw_estimator_calm_q15(e) : dqw_estimator_lasting_q15(e);
     const int64_t hides = hidden_q56(e, weight, &lasts, 0);
-    const int64_t met = 1 + (int64_t)e->segment.since;
+    const int64_t met = 1 + (int64_t)since;
     return root_q24(e, weight, hides == INT64_MAX ? INT64_MAX : sum_q56(noise, dqw_q_quotient64(hides, met, 0)));
 }
 

@@ -15,6 +15,12 @@
 // More than any fault makes of it: 0.3 of R, L_d, L_q or the flux; of the others so many usual bands.
 #define COARSE_TENTHS 3
 #define COARSE_BANDS 10
+// A weight that is found changed is no surer than so many segments later.
+#define OPENED 3u
+// In 95 of 100, on one side.
+#define ONE_SIDED_PARTS 164
+// The witness' memories within which a ripple is to be told, 2 s.
+#define APART_MEMORIES 7
 #define MILLION 1000000
 #define ONE_Q30 1073741824
 
@@ -30,6 +36,7 @@ static const uint32_t BAND_PPM[DQW_WATCH_CHANNELS] = {
 };
 #define ALPHA_PPM_PER_K 3900u
 #define BETA_PPM_PER_K 1000u
+#define HEATING_MK_S 1000u
 
 int64_t dqw_monitor_band_q24(const dqw_monitor_q15 *m, int channel)
 {
@@ -44,6 +51,22 @@ int64_t dqw_monitor_alpha_ppm(const dqw_monitor_q15 *m)
 int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m)
 {
     return dqw_monitor_or_else(m->config->beta_ppm_per_K, BETA_PPM_PER_K);
+}
+
+int32_t dqw_monitor_heat_since_q24(const dqw_monitor_q15 *m, int channel)
+{
+    const dqw_monitor_q15_config *c = m->config;
+    const bool flux = channel == DQW_WATCH_PSI;
+    const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
+    const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
+    // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
+    const int64_t rate_q40 = dqw_q_quotient64(
+        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * DQW_MONITOR_SLACK_TENTHS, 10000000000, 40);
+    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
+                                                  ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
+                                              1000000000, 20);
+    return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20),
+                         flux ? m->healthy.cold_psi_q24 : m->healthy.cold_R_q24, -40);
 }
 
 // A part of R, which is that of its cold value per kelvin, in kelvin.
@@ -268,6 +291,18 @@ static int64_t too_much(const dqw_monitor_q15 *m, int channel)
            dqw_monitor_or_else(m->config->band_ppm[channel], BAND_PPM[channel]);
 }
 
+// A ripple over what its own input has of it after so many memories: resistance and reactance share it while the speed
+// stays, those and shorted turns while the current does. (E176)
+static int32_t shared_q24(const dqw_monitor_q15 *m, int channel)
+{
+    if (channel <= DQW_WATCH_OFFSET || channel >= DQW_WATCH_FRICTION) return 1 << 24;
+    const dqw_moments_q15 *s = &m->estimator.segment.ever[channel == DQW_WATCH_SHORT ? 1 : 0];
+    const int64_t mean = dqw_q_floor64((int64_t)s->mean_q30 * s->mean_q30, 29);
+    const int64_t like_q48 = dqw_q_quotient64(mean, mean + s->variance_q31, 48);
+    const int64_t apart_q24 = APART_MEMORIES * ((1 << 24) - (int64_t)dqw_q_root64((uint64_t)like_q48));
+    return dqw_q_quotient32((1 << 24) + apart_q24, (1 << 23) + apart_q24, 24);
+}
+
 // Why not, and where it is watched the smallest change that would be an event; INT64_MAX else.
 static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
 {
@@ -298,21 +333,28 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
     // [CHN.5] what is known well enough: a temperature where R is to its band
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat_q15(m)) return DQW_WHY_UNSETTLED;
-        *least = dqw_monitor_band_q24(m, channel) * 65536;
+        const int64_t sd_q24 = dqw_estimator_read_q15(e, DQW_R).sd_q40 >> 16;
+        *least = dqw_monitor_band_q24(m, channel) * 65536 +
+                 dqw_monitor_q40_of(channel, kelvin_q16(m, sd_q24 * ONE_SIDED_PARTS / 100));
         return DQW_WHY_IN_SERVICE;
     }
     if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_WHY_UNSETTLED;
 
-    // [CHN.6] what segments tell as well, and what is too much
+    // [CHN.6] what segments tell as well, and an opening leaves unsure; and what is too much
+    const bool followed = channel < DQW_WATCH_OFFSET && m->config->estimator.follow;
+    const uint16_t since = e->segment.since < OPENED ? e->segment.since : OPENED;
+    if (followed) x.sd = counted_q24(m, channel, dqw_estimator_sd_since_q24(e, weight, since));
     int64_t sure = dqw_monitor_surely_q15(m, channel, x.sd) * 65536;
-    if (channel < DQW_WATCH_OFFSET && m->config->estimator.follow) {
+    if (followed) {
         const int32_t seen_q28 = dqw_segment_sees_q15(&e->segment, weight);
         if (seen_q28 == INT32_MAX) return e->segment.segments == 0 ? DQW_WHY_UNSETTLED : DQW_WHY_NOT_TAUGHT;
         const int64_t seen = (int64_t)counted_q24(m, channel, seen_q28) * 4096;
         sure = seen > sure ? seen : sure;
     }
-    // A change a quarter larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105).
-    *least = sure + sure / 4;
+    // A change a quarter larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105). (E176)
+    *least = dqw_q_times64(sure + sure / 4, shared_q24(m, channel), -24);
+    if (channel == DQW_WATCH_R || channel == DQW_WATCH_PSI)
+        *least += (int64_t)dqw_monitor_heat_since_q24(m, channel) * 65536;
     return sure / 65536 < too_much(m, channel) ? DQW_WHY_IN_SERVICE : DQW_WHY_COARSE;
 }
 

@@ -32,6 +32,9 @@ int64_t dqw_monitor_beta_ppm(const dqw_monitor_q15 *m);
 
 /// The winding's rise above cold, Q16 K, where its resistance is this.
 int32_t dqw_monitor_rise_q16(const dqw_monitor_q15 *m, int32_t R_q24);
+
+/// What heat may have made of R or the flux since its healthy value last followed, Q24.
+int32_t dqw_monitor_heat_since_q24(const dqw_monitor_q15 *m, int channel);
 /// Is the value of R known to its band? What its change is sure of is no temperature.
 bool dqw_monitor_knows_heat_q15(const dqw_monitor_q15 *m);
 

@@ -34,7 +34,6 @@
 // Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated
 // value.
 #define SLOWEST_Q28 17895697
-#define HEATING_MK_S 1000u
 #define FLOOR_PPM 2000u
 #define PARTS_MOST 1000000u
 // Of what is rated: dead time's, offset's and friction's band, threshold, floor and excitation where a full scale is
@@ -201,26 +200,10 @@ static void begin_rest(dqw_monitor_q15 *m)
     dqw_watch_rest(&m->watch);
 }
 
-static int32_t heat_since(const dqw_monitor_q15 *m, int channel)
-{
-    const dqw_monitor_q15_config *c = m->config;
-    const bool flux = channel == DQW_WATCH_PSI;
-    const int64_t halves = dqw_watch_unfollowed(&m->watch, channel, m->estimator.number);
-    const int64_t ppm_per_K = flux ? dqw_monitor_beta_ppm(m) : dqw_monitor_alpha_ppm(m);
-    // Millionths by mK up to 2^40, by 13 over 10^10; ns up to 2^30 by 2^31
-    const int64_t rate_q40 = dqw_q_quotient64(
-        ppm_per_K * dqw_monitor_or_else(c->heating_mK_s, HEATING_MK_S) * DQW_MONITOR_SLACK_TENTHS, 10000000000, 40);
-    const int64_t time_q20 = dqw_q_quotient64((int64_t)c->estimator.scale.dt_ns *
-                                                  ((halves << DQW_WATCH_FOLLOW_SHIFT) * m->estimator.window.half),
-                                              1000000000, 20);
-    return dqw_q_times32(dqw_q_product64(rate_q40, time_q20, -20),
-                         flux ? m->healthy.cold_psi_q24 : m->healthy.cold_R_q24, -40);
-}
-
 // R or flux as measured, as far as heat can have made it since its healthy value last followed, and `more`.
 static int32_t heated(const dqw_monitor_q15 *m, int channel, int32_t more)
 {
-    const int64_t bound = (int64_t)heat_since(m, channel) + more;
+    const int64_t bound = (int64_t)dqw_monitor_heat_since_q24(m, channel) + more;
     const int32_t from = m->healthy.weight_q24[channel];
     const int64_t off = (int64_t)value(m, channel) - from;
     return from + (int32_t)(off > bound ? bound : off < -bound ? -bound : off);

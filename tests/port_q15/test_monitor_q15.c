@@ -355,7 +355,12 @@ static void test_sensitivity(void)
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         if (dqw_watch_is_map(channel)) continue;
         CASE("channel %d, %d looks", channel, m.watch.looks[channel]);
-        const double wider = sqrt(1 + 20.0 / (20 + m.watch.looks[channel]));
+        // Of a ripple twice a turn more, as far as another takes a share of it. (E176)
+        const dqw_moments_q15 *in = &m.estimator.segment.ever[channel == DQW_WATCH_SHORT];
+        const double mean2 = ldexp((double)in->mean_q30 * in->mean_q30, -60);
+        const double apart = 7 * (1 - sqrt(mean2 / (mean2 + ldexp(in->variance_q31, -31))));
+        const double shared = channel > DQW_WATCH_OFFSET ? (1 + apart) / (0.5 + apart) : 1;
+        const double wider = shared * sqrt(1 + 20.0 / (20 + m.watch.looks[channel]));
         BETWEEN(0.99,
                 (double)dqw_monitor_sensitivity_q15(&m, (enum dqw_monitor_channel)channel) /
                     (double)dqw_monitor_read_q15(&m, (enum dqw_monitor_channel)channel).sd_change_q40 / 6.25 / wider,
