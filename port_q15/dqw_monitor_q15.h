@@ -66,14 +66,14 @@ typedef struct dqw_monitor_healthy_q15 {
 /// A motor's monitor, in whole numbers.
 typedef struct dqw_monitor_q15 {
     const dqw_monitor_q15_config *config;
+    uint32_t named_at;  ///< when a change was named last, in halves of a window
     dqw_monitor_healthy_q15 healthy;
     // Friction, in the same unit: its variance over reversals, their mean; the mean torque being gathered, and that
     // before it.
     int64_t spread_q48;
     int32_t friction_q24, w_before_q28, gathered_q24, before_q24;
     dqw_watch watch;
-    // The change that was named last, as dqw_monitor_event_q15() tells it; its time in halves of a window.
-    uint32_t named_at;
+    // The change that was named last, as dqw_monitor_event_q15() tells it.
     int32_t named_value, named_sd, named_healthy;
     dqw_fault_verdict_q15 named_fault;
     uint16_t alarmed_segments;           ///< had ended when something began to show
