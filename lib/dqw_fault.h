@@ -16,7 +16,7 @@ extern "C" {
 /// What the machine is, for the patterns.
 typedef struct dqw_fault_machine {
     float R_ohm, L_H;
-    float w_e_rad_s;  ///< (E175)'s mean
+    float w_e_rad_s;  ///< (E177)'s mean
     bool observed;    ///< by an observer's angle: its L_q tells nothing of the voltage
 } dqw_fault_machine;
 

@@ -285,7 +285,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
             unit[at] = unit[at + 1] = sure ? least : DQW_UNKNOWN;
         }
     }
-    // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E175)
+    // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E177)
     const float w_e = dqw_witness_speed(&m->witness);
     change[DQW_SIGN_RESISTANCE_RE] -= w_e * change[DQW_SIGN_REACTANCE_IM];
     change[DQW_SIGN_RESISTANCE_IM] += w_e * change[DQW_SIGN_REACTANCE_RE];

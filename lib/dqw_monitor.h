@@ -141,7 +141,7 @@ dqw_reading dqw_monitor_read(const dqw_monitor *m, enum dqw_monitor_channel chan
 /// The smallest change of a channel that would be an event now, in its unit, in 95 of 100 and within a few seconds: its
 /// band, or five deviations, a quarter more, what heat may have made of it, and what segments of driving tell.
 ///
-/// Source   (E63), (E176) in docs/EQUATIONS.md
+/// Source   (E63), (E178) in docs/EQUATIONS.md
 /// Returns  DQW_UNKNOWN where it is not watched now
 /// Context  background
 float dqw_monitor_sensitivity(const dqw_monitor *m, enum dqw_monitor_channel channel);

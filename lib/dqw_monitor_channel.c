@@ -14,7 +14,7 @@
 // Nor than what a ripple moves by that turns round: twice itself.
 #define RIPPLE_TURNED 2.0f
 #define USABLE_SD (0.1f / 3.0f)
-// A change so much larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105). (E176)
+// A change so much larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105). (E178)
 #define TOLD 1.25f
 // A weight that is found changed is no surer than so many segments later.
 #define OPENED 3u
@@ -226,7 +226,7 @@ static float too_much(const dqw_monitor *m, int channel)
 }
 
 // A ripple over what its own input has of it after so many memories: resistance and reactance share it while the speed
-// stays, those and shorted turns while the current does. (E176)
+// stays, those and shorted turns while the current does. (E178)
 static float shared(const dqw_monitor *m, int channel)
 {
     if (channel <= DQW_WATCH_OFFSET || channel >= DQW_WATCH_FRICTION) return 1.0f;

@@ -164,7 +164,7 @@ float dqw_segment_sees(const dqw_segment *s, int weight)
     const float share = (float)s->share_q15[weight] * 0x1p-15f;
     if (s->segments == 0 || !(share > SHARE_LEAST)) return DQW_UNKNOWN;
     const float part = part_of(s);
-    // The first widens the band, over which the second is less. (E176)
+    // The first widens the band, over which the second is less. (E178)
     const float wider = sqrtf(1.0f + part * (SCATTER_MOST - 1.0f));
     const float each = (ALLOWANCE + 0.5f * THRESHOLD) * (1.0f + sqrtf(part)) * 2.0f * wider / (1.0f + wider);
     return each * s->band_pu[weight] / sqrtf(share);

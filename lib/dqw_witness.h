@@ -33,7 +33,7 @@ float dqw_witness_size(const dqw_witness *w, enum dqw_witness_input input);
 float dqw_witness_sd(const dqw_witness *w, const dqw_estimator *e, enum dqw_witness_input input);
 
 /// Mean electrical speed of what it remembers, weighted by resistance's input, rad/s; 0 where there is none.
-/// Source   (E175) in docs/EQUATIONS.md
+/// Source   (E177) in docs/EQUATIONS.md
 float dqw_witness_speed(const dqw_witness *w);
 
 #ifdef __cplusplus

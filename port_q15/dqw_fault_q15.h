@@ -15,7 +15,7 @@ extern "C" {
 typedef struct dqw_fault_machine_q15 {
     int32_t R_q24, L_q24;  ///< of the nominal R, of the mean of the nominal L_d and L_q
     int64_t short_q40;     ///< dqw_witness_short_q40()
-    int32_t speed_q24;     ///< (E175)'s mean: reactance's input over resistance's
+    int32_t speed_q24;     ///< (E177)'s mean: reactance's input over resistance's
     bool observed;         ///< by an observer's angle: its L_q tells nothing of the voltage
 } dqw_fault_machine_q15;
 

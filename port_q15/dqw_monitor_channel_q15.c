@@ -292,7 +292,7 @@ static int64_t too_much(const dqw_monitor_q15 *m, int channel)
 }
 
 // A ripple over what its own input has of it after so many memories: resistance and reactance share it while the speed
-// stays, those and shorted turns while the current does. (E176)
+// stays, those and shorted turns while the current does. (E178)
 static int32_t shared_q24(const dqw_monitor_q15 *m, int channel)
 {
     if (channel <= DQW_WATCH_OFFSET || channel >= DQW_WATCH_FRICTION) return 1 << 24;
@@ -351,7 +351,7 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
         const int64_t seen = (int64_t)counted_q24(m, channel, seen_q28) * 4096;
         sure = seen > sure ? seen : sure;
     }
-    // A change a quarter larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105). (E176)
+    // A change a quarter larger is told: in twenty looks (E63), and by two segments in 95 of 100 (E105). (E178)
     *least = dqw_q_times64(sure + sure / 4, shared_q24(m, channel), -24);
     if (channel == DQW_WATCH_R || channel == DQW_WATCH_PSI)
         *least += (int64_t)dqw_monitor_heat_since_q24(m, channel) * 65536;

@@ -297,7 +297,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
             unit_q24[at] = unit_q24[at + 1] = least;
         }
     }
-    // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E175)
+    // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E177)
     const int32_t speed_q24 = dqw_witness_speed_q24(&m->witness);
     int32_t *ripple_q24 = &change_q24[DQW_SIGN_RESISTANCE_RE];
     const int64_t re = dqw_q_times64(speed_q24, change_q24[DQW_SIGN_REACTANCE_IM], -24);

@@ -218,7 +218,7 @@ int32_t dqw_segment_sees_q15(const dqw_segment_q15 *s, int weight)
     if (s->segments == 0 || share_q15 <= SHARE_LEAST_Q30 >> 15) return INT32_MAX;
     // 1 and half of 7.2, 4.6
     const int64_t each_q30 = ((int64_t)ONE_Q30 + dqw_q_root64((uint64_t)part_of_q30(s) << 30)) / 5 * 23;
-    // The first widens the band by up to 1 + 8 parts, over which the second is less. (E176)
+    // The first widens the band by up to 1 + 8 parts, over which the second is less. (E178)
     const int64_t wider_q30 = dqw_q_root64((ONE_Q30 + 8 * (uint64_t)part_of_q30(s)) << 30);
     const int64_t more_q30 = dqw_q_quotient64(2 * wider_q30, ONE_Q30 + wider_q30, 30);
     const int64_t band_q28 = dqw_q_product64(s->band_q28[weight], dqw_q_product64(each_q30, more_q30, -30), -30);

@@ -49,7 +49,7 @@ int32_t dqw_witness_size_q28(const dqw_witness_q15 *w, enum dqw_witness_input in
 int32_t dqw_witness_sd_q28(const dqw_witness_q15 *w, const dqw_estimator_q15 *t, enum dqw_witness_input input);
 
 /// Mean speed of what it remembers: reactance's input over resistance's, turned by 90 degrees; 0 where there is none.
-/// Source   (E175) in docs/EQUATIONS.md
+/// Source   (E177) in docs/EQUATIONS.md
 /// Format   Q24
 int32_t dqw_witness_speed_q24(const dqw_witness_q15 *w);
 

@@ -279,7 +279,7 @@ static dqw_fault_verdict named(const dqw_monitor *m)
                                                                                             : DQW_UNKNOWN;
         }
     }
-    // (E175): a phase's ripple as it is at the speed that its input remembers.
+    // (E177): a phase's ripple as it is at the speed that its input remembers.
     const double w_e = m->witness.power[1] > 0 ? (double)m->witness.across / (double)m->witness.power[1] : 0;
     const float *gain = &change[DQW_SIGN_REACTANCE_RE];
     change[DQW_SIGN_RESISTANCE_RE] -= (float)(w_e * (double)gain[1]);

@@ -249,7 +249,7 @@ static void test_what_would_be_an_event(void)
          dqw_monitor_sensitivity(&m, DQW_WATCH_R));
     NEAR(110.0 + 1.64 * (double)dqw_monitor_read(&m, DQW_WATCH_R).sd / (0.5 * 0.0039),
          dqw_monitor_sensitivity(&m, DQW_WATCH_TEMPERATURE));
-    // Of R by what heat may have made of it since it was last followed: 1 K/s, and 1.3 times. (E176)
+    // Of R by what heat may have made of it since it was last followed: 1 K/s, and 1.3 times. (E178)
     const double before = (double)dqw_monitor_sensitivity(&m, DQW_WATCH_R);
     m.estimator.number += 5 * 256, m.watch.learned_at = m.estimator.halves = m.estimator.number;
     NEAR(1.3 * 0.0039 * 0.5 * 5 * 256 * m.estimator.window.half * (double)c.estimator.dt_s,
@@ -417,7 +417,7 @@ static void test_what_the_motion_does_not_teach(void)
     m.estimator.segment.share_q15[DQW_LD] = 328;
     only(&m, BIT(DQW_WATCH_LD), DQW_WHY_NOT_TAUGHT);
     // A quarter of it known, and a band of its own, which the first of two widens: 5.75 (1 + sqrt(1/50)) tau/sqrt(1/4).
-    // (E176)
+    // (E178)
     const double wider = sqrt(1 + 8 * 0.02);
     m.estimator.segment.share_q15[DQW_LD] = 8192;
     m.estimator.segment.band_pu[DQW_LD] = 0.02f;
@@ -425,7 +425,7 @@ static void test_what_the_motion_does_not_teach(void)
              (double)dqw_estimator_unit(&m.estimator, DQW_LD),
          (double)dqw_monitor_sensitivity(&m, DQW_WATCH_LD));
     // What no residual shows is less of a change, the longer nothing was found changed; what would be is three segments
-    // old at most. (E176)
+    // old at most. (E178)
     m.estimator.segment.band_pu[DQW_LD] = 0.0001f;
     m.estimator.calm.fast_pu2 = 1e-3f, m.estimator.alone_pu2[DQW_LD] = 1.0f;
     m.estimator.segment.since = 99;

@@ -289,7 +289,7 @@ static void test_power_is_a_mean(void)
 }
 
 // At one speed a phase's resistance and a sensor's gain make the same ripple: its sum is known, reactance's share is not;
-// the further the speed spreads, the better. (E175)
+// the further the speed spreads, the better. (E177)
 static void test_what_a_speed_that_stays_tells(void)
 {
     static const double spreads[] = {0.0, 0.01, 0.3};

@@ -304,7 +304,7 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
             unit_q24[at] = unit_q24[at + 1] = known ? rounded(least * Q24) : INT32_MAX;
         }
     }
-    // (E175): a phase's ripple as it is at the speed that its input remembers.
+    // (E177): a phase's ripple as it is at the speed that its input remembers.
     const double power = (double)m->witness.power_q52[1];
     const double speed = power > 0 ? fmin(fmax((double)m->witness.across_q52 / power, -128), 128) : 0;
     const int32_t *gain_q24 = &change_q24[DQW_SIGN_REACTANCE_RE];

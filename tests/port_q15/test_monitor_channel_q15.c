@@ -281,7 +281,7 @@ static void test_what_would_be_an_event(void)
          (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_R) / Q40);
     NEAR(110.0 + 1.64 * (double)sd_of(&m, DQW_WATCH_R) / Q40 / (0.9 * 0.0039),
          (double)dqw_monitor_sensitivity_q15(&m, DQW_WATCH_TEMPERATURE) / Q40);
-    // Of R by what heat may have made of it since it was last followed: 1 K/s, and 1.3 times. (E176)
+    // Of R by what heat may have made of it since it was last followed: 1 K/s, and 1.3 times. (E178)
     const int64_t before = dqw_monitor_sensitivity_q15(&m, DQW_WATCH_R);
     m.estimator.number += 5 * 256, m.watch.learned_at = m.estimator.halves = m.estimator.number;
     NEAR(1.3 * 0.0039 * 0.9 * 5 * 256 * m.estimator.window.half * 50e-6,
@@ -455,7 +455,7 @@ static void test_what_the_motion_does_not_teach(void)
     m.estimator.segment.share_q15[DQW_LD] = 327;
     only(&m, BIT(DQW_WATCH_LD), DQW_WHY_NOT_TAUGHT);
     // A quarter of it known, and a band of its own, which the first of two widens: 5.75 (1 + sqrt(1/50)) tau/sqrt(1/4).
-    // (E176)
+    // (E178)
     const double wider = sqrt(1 + 8 * 0.02);
     m.estimator.segment.share_q15[DQW_LD] = 8192;
     m.estimator.segment.band_q28[DQW_LD] = fixed(0.02, Q28);

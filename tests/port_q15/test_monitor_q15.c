@@ -355,7 +355,7 @@ static void test_sensitivity(void)
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         if (dqw_watch_is_map(channel)) continue;
         CASE("channel %d, %d looks", channel, m.watch.looks[channel]);
-        // Of a ripple twice a turn more, as far as another takes a share of it. (E176)
+        // Of a ripple twice a turn more, as far as another takes a share of it. (E178)
         const dqw_moments_q15 *in = &m.estimator.segment.ever[channel == DQW_WATCH_SHORT];
         const double mean2 = ldexp((double)in->mean_q30 * in->mean_q30, -60);
         const double apart = 7 * (1 - sqrt(mean2 / (mean2 + ldexp(in->variance_q31, -31))));

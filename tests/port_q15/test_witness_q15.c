@@ -148,7 +148,7 @@ static void test_deviations(void)
             e.segment.since = 3;
             // Of each axis half of both.
             const double noise2 = (3e-5 + 7e-5) / 2 / (2 * 300);
-            // Of reactance what is not in line with resistance: 1 - 0.6^2. (E175)
+            // Of reactance what is not in line with resistance: 1 - 0.6^2. (E177)
             const double own = n == DQW_WITNESS_REACTANCE ? 0.64 : 1;
             if (n == DQW_WITNESS_REACTANCE) w.power_q52[1] = llrint(0.03 * Q52);
             w.across_q52 = llrint(-0.6 * sqrt((double)w.power_q52[1]) * sqrt((double)w.power_q52[2]));

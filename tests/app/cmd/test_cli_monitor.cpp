@@ -119,7 +119,7 @@ static void what_could_be_seen_is_said(void)
     const Folder folder;
     const std::string log = joint(folder, {"duration_s=4"});
     // Bands of the joint, parts of the healthy values; a quarter more is told for sure, of ripples that are not alike
-    // 16/15 of that. (E176)
+    // 16/15 of that. (E178)
     const std::vector<std::pair<const char*, double>> bands = {{"R_ohm", 0.04 * 0.5},
                                                                {"Ld_H", 0.06 * 1e-3},
                                                                {"Lq_H", 0.06 * 1.4e-3},
