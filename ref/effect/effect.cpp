@@ -230,7 +230,7 @@ constexpr Effect rows[] = {
      "a first-order filter before the sampling",
      "steps of the voltage, a few samples apart: a filter rounds what a shift only moves",
      "servo --set sensing.filter_s=1e-4",
-     {{"tau_s", 0.0, 1.0}},
+     {{"tau_s", 1e-7, 1.0}},  // no drive's current sensor passes 1.6 MHz
      {"A filter delays the {channel} by a time constant of {tau_s} (sensor lag)",
       "A filter delays a sensor by a time constant of {tau_s} (sensor lag)"},
      nullptr,
