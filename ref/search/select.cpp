@@ -269,7 +269,9 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
             continue;
         }
         refined.insert(key);
-        tried.push_back(attempt(model, base, s, base.left.seen + kHalf * (best_seen - base.left.seen)));
+        // Settled points' fits cost little, and few rows tell late.
+        const double worth = model.gains() > 0 ? base.left.seen + kHalf * (best_seen - base.left.seen) : -HUGE_VAL;
+        tried.push_back(attempt(model, base, s, worth));
         if (tried.back().refined.ok) best_seen = std::max(best_seen, tried.back().refined.left.seen);
         if (options.tick) options.tick();
     }

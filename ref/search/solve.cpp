@@ -292,12 +292,6 @@ void limit_step(const Point& start, const Eigen::VectorXd& old, Eigen::VectorXd&
     }
 }
 
-/// Whether any column moves otherwise than in a step before, by a third.
-bool is_other_step(const Eigen::VectorXd& step, const Eigen::VectorXd& before)
-{
-    return ((step - before).cwiseAbs().array() > before.cwiseAbs().array() / 3.0).any();
-}
-
 }  // namespace
 
 Refined swept(const Model& model, const Point& at)
@@ -315,52 +309,39 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
     const Point start = best.point;
     std::vector<Eigen::Index> use;
     for (Eigen::Index j = 0; j < start.columns(); ++j) use.push_back(j);
-    // Of the ten nats that confirm an effect; and what a step that failed must have promised to be tried shorter.
-    constexpr double kSettled = 0.2, kPromised = 2.0;
+    // Of the ten nats that confirm an effect.
+    constexpr double kSettled = 0.2;
     // Of a unit column: nothing beside any eigenvalue that counts; what first bends a step; where hardly any is left.
     constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
     // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
     constexpr double kGrows = 30.0, kFalls = 0.1;
-    // Of what was promised: below, a longer step would have failed.
-    constexpr double kKept = 0.1;
-    // The last steps that tell what the next may gain; one fails beside two that do not.
+    // The last steps that tell what the next may gain.
     constexpr std::size_t kTelling = 3;
     double damping = kDampingLeast;
     std::vector<double> gains;
-    Eigen::VectorXd failed;
     for (int pass = 1; pass < passes; ++pass) {
         const Eigen::VectorXd old = best.point.values();
-        const Seen seen = seen_of(model, best.sums);
-        Eigen::VectorXd next;
-        for (;;) {
-            next = old + linear_step(model, seen, use, damping, prior_of(best.point, {}));
-            limit_step(start, old, next);
-            // The same step again fails again.
-            if (failed.size() == 0 || is_other_step(next - old, failed)) break;
-            damping *= kGrows;
-            if (damping > kDampingMost) return best;
-        }
+        Eigen::VectorXd next = old +
+                               linear_step(model, seen_of(model, best.sums), use, damping, prior_of(best.point, {}));
+        limit_step(start, old, next);
         Point there = best.point;
         there.set(next);
         Refined trial = swept(model, there);
-        const double promised = left_after(model, best.sums, next - old).seen - best.left.seen;
         const double gained = trial.ok ? trial.left.seen - best.left.seen + unlikely(best.point) - unlikely(trial.point)
                                        : 0.0;
         gains.push_back(std::max(gained, 0.0));
         if (trial.ok && gained > 0.0) {
             best = std::move(trial);
-            failed.resize(0);
-            if (gained > kKept * promised) damping = std::max(damping * kFalls, kDampingLeast);
+            damping = std::max(damping * kFalls, kDampingLeast);
             if (gained < kSettled) break;
         } else {
             if (trial.ok && -gained < kSettled) break;
-            if (trial.ok && promised < kPromised) break;
-            failed = next - old;
             damping = std::max(damping * kGrows, kDampingFirst);
             if (damping > kDampingMost) break;
         }
-        if (gains.size() >= kTelling &&
-            best.left.seen + (passes - pass) * *std::max_element(gains.end() - kTelling, gains.end()) < worth)
+        // A step that is bent is shorter than the next may be.
+        const bool whole = gains.size() >= kTelling && gains.back() > 0.0 && damping <= kDampingFirst;
+        if (whole && best.left.seen + (passes - pass) * *std::max_element(gains.end() - kTelling, gains.end()) < worth)
             break;
     }
     return best;

@@ -430,7 +430,7 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, std::un
 /// stand in for, none need to; of a dead time the part that asks which way the current flows must.
 bool stands_out(const Point& at, const Eigen::VectorXd& sd, const std::string& name)
 {
-    constexpr double kStands = 3.0;  // one of 370 that are nothing does by chance; a parameter is usable from there on
+    constexpr double kStands = 2.0;  // one of 22 that are nothing does by chance, and what the search took is more
     Eigen::Index j = at.base.size() + at.gain.size();
     for (const Term& t : at.terms) {
         const int weights = is_dead_time(t.input.law) ? 1 : weights_of(t.input.law);
