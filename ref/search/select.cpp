@@ -465,7 +465,7 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
         std::vector<Candidate> others;
         for (const Candidate& c : candidates)
             if (c.names().size() == 1 && !c.is_fault() && !has_any(base.point, c)) others.push_back(c);
-        for (Tried& t : round(model, base, others, options, nullptr, s.best.left.seen)) {
+        for (Tried& t : round(model, base, others, options, nullptr)) {
             if (!t.refined.ok || !confirmed(model, better(model, s.best.left, t.refined.left))) continue;
             if (!needed(model, s.best, t.refined, options)) continue;
             if (options.veto && !options.veto(t.refined.point).empty()) continue;

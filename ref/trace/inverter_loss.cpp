@@ -134,8 +134,8 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
     }
     if (!at_edges.ok) return best;
     Refined rival = with_given_back(model, at_edges, dead_time_of(found.point)->input.shape[0]);
-    const auto beyond = [&](const Refined& less) { return confirmed(model, better(model, less.left, rival.left)); };
-    if (leads(rival, best) && dead_time_of(rival.point)->weights[2] < 0.0 && beyond(best) && beyond(at_edges))
+    if (leads(rival, best) && dead_time_of(rival.point)->weights[2] < 0.0 &&
+        confirmed(model, better(model, best.left, rival.left)))
         best = std::move(rival);
     return best;
 }
