@@ -2,9 +2,17 @@
 #ifndef DQW_REF_EFFECT_FILTER_HPP
 #define DQW_REF_EFFECT_FILTER_HPP
 
+#include <cmath>
 #include <complex>
 
 namespace dqw {
+
+/// e^-x. Of a filter much faster than a period nothing is left, which exp() takes long to find.
+inline double left_after(double x)
+{
+    constexpr double kNone = 746.0;  // a double's least is e^-745.1
+    return x > kNone ? 0.0 : std::exp(-x);
+}
 
 /// A real matrix of the plane: `z` times of + mirrored z*.
 struct Plane {

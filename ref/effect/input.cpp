@@ -344,7 +344,7 @@ Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
     const double most = at.R > 0.0 ? kMostOfWinding * std::min(at.Ld, at.Lq) / at.R : HUGE_VAL,
                  tau = std::min(tau_s, most);
     const Filtered filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau);
-    const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? std::exp(-at.period_s / tau) : 0.0;
+    const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? left_after(at.period_s / tau) : 0.0;
     Complex missing;
     double part = 1.0;
     if (kept > 0.0) {
@@ -565,8 +565,7 @@ std::size_t free_shape_of(const Input& input, int n)
     return static_cast<std::size_t>(at);
 }
 
-void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
-              const double weights[])
+void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], const double weights[])
 {
     const int count = weights_of(input.law);
     for (int j = 0; j < count; ++j) f[j] = g[j] = {};
@@ -680,6 +679,21 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vec
     }
 }
 
+namespace {
+
+template <int kMost>
+void add_up(const Input& input, const double weights[], int count, const Moment& at, Vector2& f, Vector2& g)
+{
+    Vector2 each_f[kMost], each_g[kMost];
+    evaluate(input, at, each_f, each_g, weights);
+    for (int j = 0; j < count; ++j) {
+        f.d += weights[j] * each_f[j].d, f.q += weights[j] * each_f[j].q;
+        g.d += weights[j] * each_g[j].d, g.q += weights[j] * each_g[j].q;
+    }
+}
+
+}  // namespace
+
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g)
 {
     if (input.law == Law::angle_offset) {
@@ -707,13 +721,13 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     }
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
-    Vector2 each_f[kMostWeights], each_g[kMostWeights];
-    evaluate(input, at, each_f, each_g, weights);
+    // All but maps have few weights, and zeros for the others would cost more than they do.
+    constexpr int kFew = 8;
     const int count = weights_of(input.law);
-    for (int j = 0; j < count; ++j) {
-        f.d += weights[j] * each_f[j].d, f.q += weights[j] * each_f[j].q;
-        g.d += weights[j] * each_g[j].d, g.q += weights[j] * each_g[j].q;
-    }
+    if (count <= kFew)
+        add_up<kFew>(input, weights, count, at, f, g);
+    else
+        add_up<kMostWeights>(input, weights, count, at, f, g);
 }
 
 void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4])

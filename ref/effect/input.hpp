@@ -79,11 +79,10 @@ struct Moment {
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
 };
 
-/// f and g of one unit of each weight, (E51) to (E53); of a delay, and of iron that turning alone heats, the slope at `weights`, where given. clipped_current:
-/// three sensors that stop at shape[0] A; where one does, the true phase current is beyond it by three times what the
-/// measured one, less the three's mean, is.
-void evaluate(const Input& input, const Moment& at, Vector2 f[kMostWeights], Vector2 g[kMostWeights],
-              const double weights[] = nullptr);
+/// f and g of one unit of each weight, as many as the law has, (E51) to (E53); of a delay, and of iron that turning
+/// alone heats, the slope at `weights`, where given. clipped_current: three sensors that stop at shape[0] A; where one
+/// does, the true phase current is beyond it by three times what the measured one, less the three's mean, is.
+void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], const double weights[] = nullptr);
 
 /// Sum over the weights; turned vectors, delays, shifts and lags exactly instead of to first order.
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/effect/filter.hpp"
+
 namespace dqw {
 
 Duties::Duties(Modulation modulation, const double v_V[3], double link_V)
@@ -32,7 +34,7 @@ double filtered_beyond_mean(double duty, double tau_s, double period_s)
     const double tau = std::abs(tau_s);
     if (!(tau > 0.0)) return 0.0;
     const double off = 0.5 * (1.0 - duty) * period_s, all = -std::expm1(-period_s / tau);
-    return tau_s * ((std::exp(-off / tau) - std::exp(-(period_s - off) / tau)) / all - duty);
+    return tau_s * ((left_after(off / tau) - left_after((period_s - off) / tau)) / all - duty);
 }
 
 }  // namespace dqw

@@ -50,7 +50,7 @@ double white_variance(const std::vector<Log>& logs, std::vector<double> Log::*co
 
 }  // namespace
 
-ColumnNoise::ColumnNoise(const std::vector<Log>& logs) : logs_(logs)
+ColumnNoise::ColumnNoise(const std::vector<Log>& logs, std::vector<Piece> read) : logs_(logs), read_(std::move(read))
 {
     double rows = 0.0;
     for (const Log& log : logs) {
@@ -105,7 +105,7 @@ NoiseSizes ColumnNoise::sizes(const Eigen::VectorXd& base, const Eigen::VectorXd
 
 Eigen::MatrixXd ColumnNoise::second(const NoiseSizes& sizes, const std::function<Eigen::MatrixXd(const RowNoise*)>& of)
 {
-    if (!draws_) draws_.emplace(logs_);
+    if (!draws_) draws_.emplace(logs_, read_);
     const Eigen::MatrixXd middle = of(nullptr);
     Eigen::MatrixXd sum = -2.0 * middle;
     for (const double sign : {1.0, -1.0}) {

@@ -23,8 +23,8 @@ struct NoiseSizes {
 /// squares favour an L that is too large; those of a noisy speed a psi that is too small.
 class ColumnNoise {
 public:
-    /// Refers to the logs, which are dynamic ones.
-    explicit ColumnNoise(const std::vector<Log>& logs);
+    /// Refers to the logs, which are dynamic ones. `read`: pieces of few rows in all, where others are hardly read.
+    explicit ColumnNoise(const std::vector<Log>& logs, std::vector<Piece> read = {});
 
     /// From what the innovations of R, L_d, L_q, psi (and pole pairs, where base has them) say of the noise, and the
     /// columns themselves. `variance`: of each axis' innovations, A^2.
@@ -41,6 +41,7 @@ public:
 
 private:
     const std::vector<Log>& logs_;
+    std::vector<Piece> read_;
     std::optional<Draws> draws_;       ///< from when they are first asked for
     double dt_s_ = 0.0, speed_ = 0.0;  ///< variance of the speed's noise, (rad/s)^2
     double voltage_[2] = {};           ///< the most that white noise of the columns may have, V^2

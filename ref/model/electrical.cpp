@@ -57,6 +57,7 @@ ElectricalModel::ElectricalModel(const std::vector<Log>& logs, const std::vector
     : logs_(logs), columns_(columns), pole_pairs_(pole_pairs), plan_(std::move(plan)), rotor_held_(rotor_held),
       noise_(noise)
 {
+    if (noise_ == nullptr) report_pieces_ = pieces_of(logs_, 2);
     double time_s = 0.0, periods = 0.0;
     RowReader rows(noise_);
     for (const Piece& piece : plan_.pieces) {
@@ -192,7 +193,7 @@ struct ElectricalModel::Plant {
         }
     }
 
-    void sum_terms(const Piece& piece, std::size_t k, Moment m, Vector2& f, Vector2& g) const
+    void sum_terms(const Piece& piece, std::size_t k, Moment& m, Vector2& f, Vector2& g) const
     {
         each_term(piece, k, m,
                   [&](const Term& t, const Moment& of) { evaluate_sum(t.input, t.weights.data(), of, f, g); });
@@ -222,14 +223,11 @@ struct ElectricalModel::Plant {
         return beside;
     }
 
-    /// The terms' mean voltage over the period from row k, from measured currents. `held`: the last voltages as seen at
-    /// its start, and then at its end.
-    Vector2 lost(const Piece& piece, std::size_t k, double dt, Held& held) const
+    /// The terms' mean voltage over the period from row k, from measured currents. `v_end`: the last voltage as seen at
+    /// its start.
+    Vector2 lost(const Piece& piece, std::size_t k, double dt, Vector2 v_end, const Hold& hold) const
     {
         const Row row = row_of(*piece.log, k), next = row_of(*piece.log, k + 1);
-        const double h = 0.5 * pole_pairs * 0.5 * (row.w_m_rad_s + next.w_m_rad_s) * dt;
-        const Vector2 v_end = held[0];
-        const Hold hold(h, {row.v_d_V, row.v_q_V}, held, model.rotor_held_);
         Moment m0 = moment(piece, k, row, {row.i_d_A, row.i_q_A}, v_end, dt),
                m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
@@ -295,6 +293,7 @@ struct ElectricalModel::Run {
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
     Matrix2 missed;  ///< of straight terms by the currents: slopes that evaluate_slope() leaves out, as last seen
+    Units units;
     Gather gather;
 
     Run(const Pass& p, const Piece& of, RowReader& reader)
@@ -367,10 +366,10 @@ struct ElectricalModel::Run {
         plant.put_currents(m1, step.next);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k, m0,
+        put_inputs(plant.at.terms, *pass.candidates, c, k, m0, units,
                    [&](Vector2 f, Vector2 g) { lanes[j].f0 = f, lanes[j].g0 = g, ++j; });
         j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1,
+        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1, units,
                    [&](Vector2 f, Vector2 g) { lanes[j].f1 = f, lanes[j].g1 = g, ++j; });
         const Matrix2 J = inverse(step.by_end), T = J * step.by_start, S = J * Q, E = J * P;
         const double inv_dt = 1.0 / dt;
@@ -439,56 +438,147 @@ struct ElectricalModel::Run {
     }
 };
 
+/// Works out blocks of the reported residual at several points.
+struct ElectricalModel::Reporter {
+    /// The rows of one block, of which blocks that follow one another need nothing more.
+    struct Span {
+        const Piece* piece;
+        std::size_t begin, rows;
+    };
+
+    const ElectricalModel& model;
+    std::vector<PlainModel> plains;
+    std::vector<Plant> plants;
+    bool effects = false;  ///< any, at any point: then all have the model's pole pairs, and so the same voltages
+
+    Reporter(const ElectricalModel& m, const std::vector<Point>& at) : model(m)
+    {
+        for (const Point& point : at) {
+            PlainModel plain;
+            plain.pole_pairs = m.pole_pairs_;
+            plain.rotor_held = m.rotor_held_;
+            plain.R_ohm = point.base[kR], plain.Ld_H = point.base[kLd], plain.Lq_H = point.base[kLq];
+            plain.psi_Wb = point.base[kPsi];
+            plains.push_back(plain);
+            plants.emplace_back(m, point);
+            effects = effects || !point.terms.empty();
+        }
+    }
+
+    Hold hold_of(const Piece& piece, std::size_t k, Held& held) const
+    {
+        const Row row = row_of(*piece.log, k), next = row_of(*piece.log, k + 1);
+        const double h = 0.5 * model.pole_pairs_ * 0.5 * (row.w_m_rad_s + next.w_m_rad_s) * piece.period_s(k);
+        return Hold(h, {row.v_d_V, row.v_q_V}, held, model.rotor_held_);
+    }
+
+    /// The last voltages as seen at row k; before a piece's first, that. None is kept for more than kPast periods.
+    Held held_at(const Piece& piece, std::size_t k) const
+    {
+        std::size_t r = k - std::min<std::size_t>(k - piece.begin, kPast);
+        Held held = held_from(row_of(*piece.log, r));
+        for (; r < k; ++r) hold_of(piece, r, held);
+        return held;
+    }
+
+    /// A block at each point.
+    void put_blocks(const Span& span, Held& held, ReportBlock* out) const
+    {
+        const Piece& piece = *span.piece;
+        const Log& log = *piece.log;
+        const std::size_t k = span.begin, n = span.rows, points = plants.size();
+        const double time_s = span_s(piece, k, n);
+        std::fill(out, out + points, ReportBlock{&log, k, k + n, {}, {}});
+        for (std::size_t r = k; r < k + n; ++r) {
+            const double dt = piece.period_s(r);
+            for (std::size_t p = 0; p < points; ++p) {
+                add_period(log, plains[p], r, dt, out[p].residual[0], out[p].residual[1]);
+                out[p].measured[0] += log.v_d_V[r] * dt, out[p].measured[1] += log.v_q_V[r] * dt;
+            }
+            if (!effects) continue;
+            const Vector2 v_end = held[0];
+            const Hold hold = hold_of(piece, r, held);
+            for (std::size_t p = 0; p < points; ++p) {
+                if (plants[p].at.terms.empty()) continue;
+                const Vector2 lost = plants[p].lost(piece, r, dt, v_end, hold);
+                out[p].residual[0] -= lost.d * dt, out[p].residual[1] -= lost.q * dt;
+            }
+        }
+        for (std::size_t p = 0; p < points; ++p) {
+            double* const e = out[p].residual;
+            e[0] = (e[0] - plains[p].Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s;
+            e[1] = (e[1] - plains[p].Lq_H * (log.i_q_A[k + n] - log.i_q_A[k])) / time_s;
+            out[p].measured[0] /= time_s, out[p].measured[1] /= time_s;
+        }
+    }
+
+    /// spans[first] to spans[last - 1], each at all points: to out[n * points] and on.
+    void work(const std::vector<Span>& spans, std::size_t first, std::size_t last, std::vector<ReportBlock>& out) const
+    {
+        Held held{};
+        for (std::size_t n = first; n < last; ++n) {
+            const Span& span = spans[n];
+            ask_at(span.begin, span.rows);
+            const bool follows = n > first && spans[n - 1].piece == span.piece &&
+                                 spans[n - 1].begin + spans[n - 1].rows == span.begin;
+            if (effects && !follows) held = held_at(*span.piece, span.begin);
+            put_blocks(span, held, &out[n * plants.size()]);
+        }
+    }
+};
+
 std::vector<ReportBlock> ElectricalModel::report(const Point& at, std::size_t rows) const
 {
     std::vector<ReportBlock> out;
-    report_each({at}, rows, [&](const std::vector<ReportBlock>& blocks) { out.push_back(blocks.front()); });
+    report_blocks({at}, rows, {}, [&](const std::vector<ReportBlock>& blocks) { out.push_back(blocks.front()); });
+    return out;
+}
+
+std::vector<ReportBlock> ElectricalModel::report_some(const Point& at, const WantedBlock& wanted) const
+{
+    std::vector<ReportBlock> out;
+    report_blocks({at}, 0, wanted, [&](const std::vector<ReportBlock>& blocks) { out.push_back(blocks.front()); });
     return out;
 }
 
 void ElectricalModel::report_each(const std::vector<Point>& at, std::size_t rows,
                                   const std::function<void(const std::vector<ReportBlock>&)>& visit) const
 {
-    std::vector<PlainModel> plains;
-    std::vector<Plant> plants;
-    for (const Point& point : at) {
-        PlainModel plain;
-        plain.pole_pairs = pole_pairs_;
-        plain.rotor_held = rotor_held_;
-        plain.R_ohm = point.base[kR], plain.Ld_H = point.base[kLd], plain.Lq_H = point.base[kLq];
-        plain.psi_Wb = point.base[kPsi];
-        plains.push_back(plain);
-        plants.emplace_back(*this, point);
-    }
-    std::vector<ReportBlock> blocks(at.size());
-    for (const Log& log : logs_) {
+    report_blocks(at, rows, {}, visit);
+}
+
+void ElectricalModel::report_blocks(const std::vector<Point>& at, std::size_t rows, const WantedBlock& wanted,
+                                    const std::function<void(const std::vector<ReportBlock>&)>& visit) const
+{
+    // Rows worked out before any is visited, and of them at a time: a thread's start is little beside the latter.
+    constexpr std::size_t kBatchRows = 65536, kPartRows = 4096;
+    const Reporter reporter(*this, at);
+    std::vector<Reporter::Span> spans;
+    std::vector<ReportBlock> out, blocks(at.size());
+    const auto flush = [&] {
+        if (spans.empty()) return;
+        const std::size_t part = std::max<std::size_t>(kPartRows / spans.front().rows, 1);
+        out.resize(spans.size() * at.size());
+        side_by_side((spans.size() + part - 1) / part, [&](std::size_t k) {
+            reporter.work(spans, k * part, std::min((k + 1) * part, spans.size()), out);
+        });
+        for (std::size_t k = 0; k < spans.size(); ++k) {
+            const auto first = out.begin() + static_cast<std::ptrdiff_t>(k * at.size());
+            std::copy(first, first + static_cast<std::ptrdiff_t>(at.size()), blocks.begin());
+            visit(blocks);
+        }
+        spans.clear();
+    };
+    for (const Piece& piece : report_pieces_) {
+        const Log& log = *piece.log;
         const std::size_t n = rows > 0 ? rows : block_rows(log);
-        for (const Piece& piece : pieces_of(log, 2)) {
-            std::vector<Held> held(at.size(), held_from(row_of(log, piece.begin)));
-            for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
-                ask_at(k, n);
-                const double time_s = span_s(piece, k, n);
-                for (std::size_t p = 0; p < at.size(); ++p) {
-                    const PlainModel& plain = plains[p];
-                    ReportBlock b{&log, k, k + n, {}, {}};
-                    for (std::size_t r = k; r < k + n; ++r) {
-                        const double dt = piece.period_s(r);
-                        add_period(log, plain, r, dt, b.residual[0], b.residual[1]);
-                        b.measured[0] += log.v_d_V[r] * dt, b.measured[1] += log.v_q_V[r] * dt;
-                        if (!at[p].terms.empty()) {
-                            const Vector2 lost = plants[p].lost(piece, r, dt, held[p]);
-                            b.residual[0] -= lost.d * dt, b.residual[1] -= lost.q * dt;
-                        }
-                    }
-                    b.residual[0] = (b.residual[0] - plain.Ld_H * (log.i_d_A[k + n] - log.i_d_A[k])) / time_s;
-                    b.residual[1] = (b.residual[1] - plain.Lq_H * (log.i_q_A[k + n] - log.i_q_A[k])) / time_s;
-                    b.measured[0] /= time_s, b.measured[1] /= time_s;
-                    blocks[p] = b;
-                }
-                visit(blocks);
-            }
+        for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
+            if (wanted && !wanted(log, k, k + n)) continue;
+            spans.push_back({&piece, k, n});
+            if (spans.size() * n >= kBatchRows) flush();
         }
     }
+    flush();
 }
 
 bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const

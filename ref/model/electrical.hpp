@@ -35,6 +35,7 @@ public:
     }
     void weigh_starts(const Point& at, bool count) override;
     std::vector<ReportBlock> report(const Point& at, std::size_t rows) const override;
+    std::vector<ReportBlock> report_some(const Point& at, const WantedBlock& wanted) const override;
     void report_each(const std::vector<Point>& at, std::size_t rows,
                      const std::function<void(const std::vector<ReportBlock>&)>& visit) const override;
     bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
@@ -43,7 +44,10 @@ private:
     struct Plant;
     struct Pass;
     struct Run;
+    struct Reporter;
     GainSchedule schedule(const Point& at, int axis) const;
+    void report_blocks(const std::vector<Point>& at, std::size_t rows, const WantedBlock& wanted,
+                       const std::function<void(const std::vector<ReportBlock>&)>& visit) const;
     /// The voltage that begins at the row, as the rotor sees it then; it turns by `turn_rad` in the period.
     Vector2 begun(const Row& row, double turn_rad) const;
 
@@ -53,6 +57,7 @@ private:
     Plan plan_;
     bool rotor_held_;
     const RowNoise* noise_;
+    std::vector<Piece> report_pieces_;  ///< of the reported residual
     double w_max_rad_s_ = 0.0, dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     StartWeights weights_[2];
 };

@@ -9,13 +9,18 @@
 
 namespace dqw {
 
+/// What one unit of each weight of a law takes; made once for many rows.
+struct Units {
+    Vector2 f[kMostWeights], g[kMostWeights];
+};
+
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
-/// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference.
+/// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the moment's heat_K.
 template <typename Put>
 void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candidates, const TraceColumns& c,
-                std::size_t k, Moment m, Put&& put)
+                std::size_t k, Moment& m, Units& units, Put&& put)
 {
-    Vector2 f[kMostWeights], g[kMostWeights];
+    Vector2 *const f = units.f, *const g = units.g;
     for (const Term& t : terms) {
         m.heat_K = heat_at(c, t.input, k);
         evaluate(t.input, m, f, g, t.weights.data());

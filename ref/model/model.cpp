@@ -1,5 +1,7 @@
 #include "ref/model/model.hpp"
 
+#include <algorithm>
+
 namespace dqw {
 
 Eigen::Index Point::columns() const
@@ -32,6 +34,18 @@ void Point::set(const Eigen::VectorXd& v)
     }
 }
 
+bool operator==(const Point& a, const Point& b)
+{
+    const auto alike = [](const Term& x, const Term& y) {
+        const Input &i = x.input, &j = y.input;
+        return x.weights == y.weights && i.law == j.law && i.shape == j.shape && i.heat == j.heat &&
+               i.free_angle == j.free_angle && i.loss == j.loss && i.modulation == j.modulation &&
+               i.averaged == j.averaged;
+    };
+    return a.base.size() == b.base.size() && a.base == b.base && a.gain.size() == b.gain.size() && a.gain == b.gain &&
+           std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(), alike);
+}
+
 Eigen::MatrixXd total_of(const std::vector<BlockSum>& sums, std::size_t channel)
 {
     Eigen::MatrixXd total = sums.front().gram[channel];
@@ -51,6 +65,14 @@ Eigen::Index columns_of(const Point& at, const std::vector<Input>* candidates)
     Eigen::Index n = at.columns();
     for (const Input& input : *candidates) n += weights_of(input.law);
     return n;
+}
+
+std::vector<ReportBlock> Model::report_some(const Point& at, const WantedBlock& wanted) const
+{
+    std::vector<ReportBlock> out;
+    for (const ReportBlock& b : report(at, 0))
+        if (wanted(*b.log, b.begin, b.end)) out.push_back(b);
+    return out;
 }
 
 void Model::report_each(const std::vector<Point>& at, std::size_t rows,

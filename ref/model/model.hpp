@@ -28,6 +28,7 @@ struct Point {
     Eigen::VectorXd values() const;
     void set(const Eigen::VectorXd& values);
 };
+bool operator==(const Point& a, const Point& b);
 
 /// Rows that are judged together. Even in stretches: rows of neighbouring blocks are alike, so whole stretches are held
 /// out.
@@ -49,6 +50,9 @@ struct ReportBlock {
     std::size_t begin = 0, end = 0;  ///< rows; at `end` the next block's first
     double measured[2] = {}, residual[2] = {};
 };
+
+/// Whether a block of these rows is asked for; called by several threads.
+using WantedBlock = std::function<bool(const Log& log, std::size_t begin, std::size_t end)>;
 
 /// Sums over one fine block: rows, and for each channel the Gram matrix of [J e], e last.
 struct BlockSum {
@@ -82,7 +86,9 @@ public:
     virtual void weigh_starts(const Point& at, bool count) { (void)at, (void)count; }
     /// Reported residuals of all logs at `at`, block by block of `rows` rows; 0: the regime's own length.
     virtual std::vector<ReportBlock> report(const Point& at, std::size_t rows) const = 0;
-    /// The same of several points, block by block of all; nothing is kept where a model has a way of its own.
+    /// Those of report(at, 0) that `wanted` says yes to; a model that works out no others overrides it.
+    virtual std::vector<ReportBlock> report_some(const Point& at, const WantedBlock& wanted) const;
+    /// The same of several points, block by block of all; little is kept where a model has a way of its own.
     virtual void report_each(const std::vector<Point>& at, std::size_t rows,
                              const std::function<void(const std::vector<ReportBlock>&)>& visit) const;
     /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`, or, where that is

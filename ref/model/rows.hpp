@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "ref/log/log.hpp"
+#include "ref/log/piece.hpp"
 
 namespace dqw {
 
@@ -31,14 +31,24 @@ public:
         double next() { return normal(bits); }
     };
 
-    /// Refers to the logs. Cost: all draws, once.
-    explicit Draws(const std::vector<Log>& logs);
+    /// The draws of rows [begin, end) themselves.
+    struct Kept {
+        const Log* log;
+        std::size_t begin, end;
+        std::array<std::vector<double>, kColumns> of;
+        bool has(const Log& l, std::size_t k) const { return &l == log && k >= begin && k < end; }
+    };
+
+    /// Refers to the logs. `kept`: pieces of few rows in all that will be read often. Cost: all draws, once.
+    explicit Draws(const std::vector<Log>& logs, const std::vector<Piece>& kept = {});
+    const std::vector<Kept>& kept() const { return kept_; }
     /// Before row n * kApart.
     const Stream& mark(const Log& log, std::size_t column, std::size_t n) const;
 
 private:
     const std::vector<Log>& logs_;
     std::vector<std::array<std::vector<Stream>, kColumns>> marks_;
+    std::vector<Kept> kept_;
 };
 
 /// Draws times a size for each column.
@@ -62,8 +72,11 @@ private:
         Draws::Stream stream;
     };
     double noise_at(std::size_t column, const Log& log, std::size_t k);
+    /// The kept rows that row k is one of, or null.
+    const Draws::Kept* kept_at(const Log& log, std::size_t k);
 
     const RowNoise* noise_;
+    const Draws::Kept* kept_ = nullptr;  ///< those last read
     std::vector<Place> places_;
 };
 

@@ -114,6 +114,7 @@ bool SettledModel::sweep(const Point& at, const std::vector<Input>* candidates, 
     if (!at.values().allFinite()) return false;
     const double offset = angle_offset_of(at);
     Eigen::VectorXd row_d(n + 1), row_q(n + 1);
+    Units units;
     for (std::size_t b = 0; b < sums.size(); ++b) {
         const FineBlock& block = plan_.blocks[b];
         const Log& log = *block.piece->log;
@@ -128,7 +129,8 @@ bool SettledModel::sweep(const Point& at, const std::vector<Input>* candidates, 
             };
             if (candidates != nullptr) {
                 put({m.i_d, m.i_q}, {}), put({}, {m.i_d, 0.0}), put({}, {0.0, m.i_q}), put({}, {1.0, 0.0});
-                put_inputs(at.terms, *candidates, c, k, m, put);
+                Moment of_units = m;
+                put_inputs(at.terms, *candidates, c, k, of_units, units, put);
                 put_angle(at, log, c, k, offset, row_d, row_q);
             }
             const Vector2 e = error(at, c, k, offset, m);

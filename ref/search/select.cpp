@@ -83,13 +83,6 @@ Refined refine_gains(const Model& model, const Point& start)
     return best;
 }
 
-double joint(const std::vector<double>& rms)
-{
-    double square = 0.0;
-    for (double r : rms) square += r * r / static_cast<double>(rms.size());
-    return std::sqrt(square);
-}
-
 /// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
 /// predictions' errors (a part less of them is about that many nats a row). What a log with a rest has many of are
 /// small gains that mean nothing. As (E48) has it.
@@ -194,9 +187,12 @@ void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
     if (!options.to_law_noise) return;
     constexpr double kClose = 1.1;
     std::vector<double> rms(tried.size(), HUGE_VAL);
-    for (std::size_t k = 0; k < tried.size(); ++k)
-        if (tried[k].refined.ok) rms[k] = joint(options.reported_rms(tried[k].refined.point));
-    const double least = tried.empty() ? 0.0 : *std::min_element(rms.begin(), rms.end());
+    double least = HUGE_VAL;
+    for (std::size_t k = 0; k < tried.size(); ++k) {
+        if (!tried[k].refined.ok) continue;
+        rms[k] = options.reported_rms_to(tried[k].refined.point, kClose * least);
+        least = std::min(least, rms[k]);
+    }
     for (std::size_t k = 0; k < tried.size(); ++k)
         if (rms[k] <= kClose * least) tried[k].to_law_noise = options.to_law_noise(tried[k].refined);
     std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {

@@ -45,11 +45,21 @@ inline bool below(const std::vector<double>& rms, const std::vector<double>& lim
     return !limits.empty();
 }
 
+/// Of all channels together.
+inline double joint(const std::vector<double>& rms)
+{
+    double square = 0.0;
+    for (double r : rms) square += r * r / static_cast<double>(rms.size());
+    return std::sqrt(square);
+}
+
 struct SelectOptions {
     /// Whether a point's parameters make physical sense; else the reason.
     std::function<std::string(const Point&)> veto;
     /// RMS of the reported held-out residual of a point, of each channel.
     std::function<std::vector<double>(const Point&)> reported_rms;
+    /// The same of all channels together, or, where that is beyond `most`, anything that is.
+    std::function<double(const Point&, double most)> reported_rms_to;
     /// Of each axis: below all of them what is left may be the pulses' within a period, and only what they do not look
     /// like is sought; below all of `own` nothing is.
     std::vector<double> exact, own;

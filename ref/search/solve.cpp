@@ -292,6 +292,16 @@ void limit_step(const Point& start, const Eigen::VectorXd& old, Eigen::VectorXd&
     }
 }
 
+/// A point as it is, without derivatives.
+Refined errors_at(const Model& model, const Point& at)
+{
+    Refined out;
+    out.point = at;
+    out.ok = model.sweep(at, nullptr, out.sums);
+    if (out.ok) out.left = left_of(model, out.sums);
+    return out;
+}
+
 }  // namespace
 
 Refined swept(const Model& model, const Point& at)
@@ -319,6 +329,10 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
     constexpr std::size_t kTelling = 3;
     double damping = kDampingLeast;
     std::vector<double> gains;
+    const auto gain_of = [&](const Refined& to) {
+        return to.ok ? to.left.seen - best.left.seen + unlikely(best.point) - unlikely(to.point) : 0.0;
+    };
+    bool failed = false;
     for (int pass = 1; pass < passes; ++pass) {
         const Eigen::VectorXd old = best.point.values();
         Eigen::VectorXd next = old +
@@ -326,11 +340,13 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
         limit_step(start, old, next);
         Point there = best.point;
         there.set(next);
-        Refined trial = swept(model, there);
-        const double gained = trial.ok ? trial.left.seen - best.left.seen + unlikely(best.point) - unlikely(trial.point)
-                                       : 0.0;
+        // After a step that failed the next often does too, which errors alone tell; within rounding they may not.
+        Refined trial = failed ? errors_at(model, there) : swept(model, there);
+        if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept(model, there);
+        const double gained = gain_of(trial);
+        failed = !(trial.ok && gained > 0.0);
         gains.push_back(std::max(gained, 0.0));
-        if (trial.ok && gained > 0.0) {
+        if (!failed) {
             best = std::move(trial);
             damping = std::max(damping * kFalls, kDampingLeast);
             if (gained < kSettled) break;

@@ -26,6 +26,21 @@ Eigen::MatrixXd seen_scores(const Model& model, const Point& at, double& rows)
     return scores;
 }
 
+/// Mean square of each channel's errors on the rows seen; empty where there are none.
+Eigen::VectorXd seen_squares(const Model& model, const Point& at)
+{
+    std::vector<BlockSum> sums;
+    if (!model.sweep(at, nullptr, sums)) return {};
+    Eigen::VectorXd square = Eigen::VectorXd::Zero(model.channels());
+    double rows = 0.0;
+    for (std::size_t b = 0; b < sums.size(); ++b) {
+        if (model.plan().blocks[b].heldout) continue;
+        rows += sums[b].rows;
+        for (Eigen::Index c = 0; c < square.size(); ++c) square[c] += sums[b].gram[static_cast<std::size_t>(c)](0, 0);
+    }
+    return rows > 0.0 ? Eigen::VectorXd(square / rows) : Eigen::VectorXd();
+}
+
 /// A copy whose blocks lie in its own pieces.
 Plan copy_of(const Plan& plan)
 {
@@ -39,7 +54,7 @@ Plan copy_of(const Plan& plan)
 Refined without_column_noise(const TraceSetup& setup, const Model& model, const Refined& refined)
 {
     if (setup.regime != Regime::dynamic || !refined.ok) return refined;
-    ColumnNoise noise(*setup.logs);
+    ColumnNoise& noise = *setup.column_noise;
     // Of a long log a part says it: what its draw scatters by is little beside what the noise adds.
     const Plan& plan = setup.part ? setup.part->plan() : model.plan();
     return take_off_noise(model, refined, [&](const Point& at, const Eigen::VectorXd& variance, double rows) {
@@ -55,10 +70,11 @@ Refined without_column_noise(const TraceSetup& setup, const Model& model, const 
     });
 }
 
-double nats_to_law_noise(const TraceSetup& setup, ColumnNoise& noise, const Refined& refined)
+double nats_to_law_noise(const TraceSetup& setup, const Refined& refined)
 {
     if (setup.regime != Regime::dynamic || !refined.ok || refined.point.terms.empty()) return 0.0;
     const Model& model = setup.search();
+    ColumnNoise& noise = *setup.column_noise;
     Eigen::VectorXd variance;
     double rows = 0.0;
     seen_information(model, refined, variance, rows);
@@ -67,11 +83,9 @@ double nats_to_law_noise(const TraceSetup& setup, ColumnNoise& noise, const Refi
     Point bare = refined.point;
     bare.terms.clear();
     const auto squares = [&](const Point& at, const RowNoise* noisy) {
-        double of_rows = 0.0;
         const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, copy_of(model.plan()),
                                     setup.rotor_held, noisy);
-        const Eigen::MatrixXd scores = seen_scores(moved, at, of_rows);
-        return of_rows > 0.0 ? Eigen::VectorXd(scores.bottomRows(1).transpose() / of_rows) : Eigen::VectorXd();
+        return seen_squares(moved, at);
     };
     // Empty, which is no vector, where a moved log cannot be predicted.
     const Eigen::MatrixXd with = noise.second(sizes, [&](const RowNoise*n) { return squares(refined.point, n); }),

@@ -11,9 +11,8 @@ namespace dqw {
 Refined without_column_noise(const TraceSetup& setup, const Model& model, const Refined& refined);
 
 /// Nats on the rows held out that a point's effects lose to noise of the logged columns which their own laws bring in,
-/// beside the plain model's; below 0 where they average it away. 0 where that cannot be had. `noise`: of the setup's
-/// logs.
-double nats_to_law_noise(const TraceSetup& setup, ColumnNoise& noise, const Refined& refined);
+/// beside the plain model's; below 0 where they average it away. 0 where that cannot be had.
+double nats_to_law_noise(const TraceSetup& setup, const Refined& refined);
 
 /// Deviations of a point's columns with what the model's own error may hide, (E111).
 Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, const Refined& refined);

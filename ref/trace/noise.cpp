@@ -68,6 +68,7 @@ double block_variance(HighBand seen, double speed, double rows, double damped)
 
 /// Single rows one after the other, and what is left of them.
 struct Singles {
+    std::vector<ReportBlock> rows;
     std::vector<std::size_t> starts;  ///< of stretches without a gap
     std::vector<double> residual[2], speed;
     double flux[2] = {};  ///< sums of squares
@@ -76,9 +77,10 @@ struct Singles {
 
 Singles singles_of(const TraceSetup& setup, const Point& at)
 {
-    const std::vector<ReportBlock> single = setup.full->report(at, 1);
-    const int channels = setup.full->channels();
     Singles s;
+    s.rows = setup.full->report(at, 1);
+    const std::vector<ReportBlock>& single = s.rows;
+    const int channels = setup.full->channels();
     for (std::size_t k = 0; k < single.size(); ++k) {
         const ReportBlock& b = single[k];
         if (k == 0 || single[k - 1].log != b.log || single[k - 1].end != b.begin) s.starts.push_back(k);
@@ -97,17 +99,14 @@ Singles singles_of(const TraceSetup& setup, const Point& at)
 constexpr std::size_t kMostLines = 32768;  ///< of a regression: its parts are then known to 0.03 %
 
 /// The part of each axis' residual that its past foretells beyond chance; takes that off where it is beyond kFollowed.
-double take_followed(const TraceSetup& setup, const Point& at, Singles& s)
+double take_followed(Singles& s)
 {
     const std::size_t stride = std::max<std::size_t>(s.residual[0].size() / kMostLines, 1);
     const auto each = [&](auto&& work) {
         RowsBefore rows;
         Foretelling line;
-        std::size_t k = 0;
-        setup.full->report_each({at}, 1, [&](const std::vector<ReportBlock>& b) {
-            if (rows.add(b.front(), line)) work(k, line, b.front());
-            ++k;
-        });
+        for (std::size_t k = 0; k < s.rows.size(); ++k)
+            if (rows.add(s.rows[k], line)) work(k, line, s.rows[k]);
     };
     Foretold foretold;
     each([&](std::size_t k, const Foretelling& line, const ReportBlock& b) {
@@ -146,7 +145,7 @@ Noise moving_noise(const TraceSetup& setup, const Point& at)
     if (s.speed.empty()) return {};
     Noise out;
     out.floor = out.raw = moving_floor(setup, at, s);
-    if (setup.full->channels() == 2) out.followed = take_followed(setup, at, s);
+    if (setup.full->channels() == 2) out.followed = take_followed(s);
     if (out.followed > kFollowed) out.floor = std::min(out.raw, moving_floor(setup, at, s));
     return out;
 }

@@ -223,6 +223,7 @@ void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
         setup.part = std::make_unique<ElectricalModel>(
             logs, setup.columns, setup.pole_pairs,
             alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard), rotor_held);
+    setup.column_noise = std::make_unique<ColumnNoise>(logs, setup.search().plan().pieces);
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
         Point start;
         start.base = Eigen::Vector4d(s.R_ohm, s.Ld_H, s.Lq_H, s.psi_Wb);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "ref/model/column_noise.hpp"
 #include "ref/model/electrical.hpp"
 #include "ref/search/select.hpp"
 #include "ref/trace/trace.hpp"
@@ -25,8 +26,9 @@ struct TraceSetup {
     bool rotor_held = false;         ///< within a period the voltage turns with the rotor
     std::vector<TraceColumns> columns;
     std::vector<std::vector<double>> torque, angle;
-    std::unique_ptr<Model> full;  ///< of all rows
-    std::unique_ptr<Model> part;  ///< of windows spread over a long log, for the search; else null
+    std::unique_ptr<Model> full;                ///< of all rows
+    std::unique_ptr<ColumnNoise> column_noise;  ///< of a dynamic log; its draws are made when first asked for
+    std::unique_ptr<Model> part;                ///< of windows spread over a long log, for the search; else null
     std::vector<Point> starts;
     std::vector<Candidate> candidates;
     std::vector<TraceRejected> untestable;

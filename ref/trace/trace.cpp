@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <optional>
 #include <stdexcept>
 
 #include "ref/effect/effect.hpp"
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
-#include "ref/log/hands.hpp"
 #include "ref/log/symmetric.hpp"
 #include "ref/model/open_circuit.hpp"
 #include "ref/trace/clue.hpp"
@@ -81,30 +82,80 @@ struct Judge {
 
     explicit Judge(const TraceSetup& s) : setup(s), held(heldout_rows(s)), channels(s.full->channels()) {}
 
-    bool is_held(const ReportBlock& b) const
+    /// Whether no fit saw a block's two ends, or all did.
+    bool is(const Log& log, std::size_t begin, std::size_t end, bool seen) const
     {
-        const auto& h = held[static_cast<std::size_t>(b.log - setup.logs->data())];
-        return h[b.begin] && h[b.end - 1];
-    }
-    bool is_seen(const ReportBlock& b) const
-    {
-        const auto& h = held[static_cast<std::size_t>(b.log - setup.logs->data())];
-        return !h[b.begin] && !h[b.end - 1];
+        const auto& h = held[static_cast<std::size_t>(&log - setup.logs->data())];
+        return seen ? !h[begin] && !h[end - 1] : h[begin] && h[end - 1];
     }
     Blocks of(const Point& at, bool seen) const
     {
-        Blocks out;
-        for (const ReportBlock& b : setup.full->report(at, 0))
-            if (seen ? is_seen(b) : is_held(b)) out.push_back(b);
-        return out;
+        return setup.full->report_some(
+            at, [&](const Log& log, std::size_t begin, std::size_t end) { return is(log, begin, end, seen); });
     }
-    double rms(const Point& at) const { return rms_of(of(at, false), channels); }
-    std::vector<double> each(const Point& at) const
+    double rms(const Point& at) const { return held_out(at).rms; }
+    std::vector<double> each(const Point& at) const { return held_out(at).each; }
+    /// RMS of all channels together, or, where it is beyond `most`, HUGE_VAL as soon as a part of the blocks says so.
+    double rms_to(const Point& at, double most) const
     {
-        std::vector<double> out;
-        for (const AxisResidual& a : axes_of(setup, of(at, false))) out.push_back(a.rms);
-        return out;
+        constexpr std::size_t kParts = 8;
+        constexpr double kRounding = 1.0 + 1e-9;
+        const auto count = static_cast<double>(blocks_);
+        Blocks all;
+        double square = 0.0;
+        if (known(at) != nullptr || !(count > 0.0)) return joint(each(at));
+        for (const Log& log : *setup.logs)
+            for (std::size_t part = 0; part < kParts; ++part) {
+                const std::size_t first = part * log.rows() / kParts, last = (part + 1) * log.rows() / kParts;
+                const Blocks some = setup.full->report_some(at, [&](const Log& l, std::size_t begin, std::size_t end) {
+                    return &l == &log && begin >= first && begin < last && is(l, begin, end, false);
+                });
+                for (const ReportBlock& b : some)
+                    for (int c = 0; c < channels; ++c) square += b.residual[c] * b.residual[c];
+                if (std::sqrt(square / (channels * count)) > kRounding * most) return HUGE_VAL;
+                all.insert(all.end(), some.begin(), some.end());
+            }
+        return joint(keep(at, all).each);
     }
+    const Noise& noise(const Point& at) const
+    {
+        if (!noise_at_ || !(*noise_at_ == at)) noise_ = noise_of(setup, at), noise_at_ = at;
+        return noise_;
+    }
+
+private:
+    struct HeldOut {
+        Point at;
+        double rms = 0.0;
+        std::vector<double> each;
+    };
+    /// The same points are asked for again while the search goes on.
+    const HeldOut* known(const Point& at) const
+    {
+        const auto is_it = [&](const HeldOut& h) { return h.at == at; };
+        const auto found = std::find_if(kept_.begin(), kept_.end(), is_it);
+        return found != kept_.end() ? &*found : nullptr;
+    }
+    const HeldOut& held_out(const Point& at) const
+    {
+        const HeldOut* const out = known(at);
+        return out != nullptr ? *out : keep(at, of(at, false));
+    }
+    const HeldOut& keep(const Point& at, const Blocks& blocks) const
+    {
+        constexpr std::size_t kKept = 32;
+        blocks_ = blocks.size();
+        HeldOut out{at, rms_of(blocks, channels), {}};
+        for (const AxisResidual& a : axes_of(setup, blocks)) out.each.push_back(a.rms);
+        if (kept_.size() == kKept) kept_.pop_front();
+        kept_.push_back(std::move(out));
+        return kept_.back();
+    }
+
+    mutable std::deque<HeldOut> kept_;
+    mutable std::size_t blocks_ = 0;  ///< held out, of any point
+    mutable std::optional<Point> noise_at_;
+    mutable Noise noise_;
 };
 
 /// The plain model that leaves the least reported residual on the rows seen: the residual is linear in the parameters,
@@ -181,7 +232,7 @@ void fill_blocks(const TraceSetup& setup, const Judge& judge, const Point& befor
             const double angle = std::atan2(setup.columns[n].sin_e[row], setup.columns[n].cos_e[row]);
             out.theta_e_rad.push_back(angle < 0.0 ? angle + 2.0 * M_PI : angle);
         }
-        out.heldout.push_back(judge.is_held(a[k]) ? 1 : 0);
+        out.heldout.push_back(judge.is(log, a[k].begin, a[k].end, false) ? 1 : 0);
         for (int c = 0; c < judge.channels; ++c) {
             TraceAxisBlocks& axis = out.axes[static_cast<std::size_t>(c)];
             axis.measured.push_back(a[k].measured[c]), axis.residual_before.push_back(a[k].residual[c]),
@@ -296,15 +347,14 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
     if (tells_bends(setup))
         o.mapped = [&setup, &judge](const Point& p) {
-            return judge.rms(p) > kStructured * noise_of(setup, p).of_rows() ? with_map(setup, setup.search(), p)
-                                                                             : Refined();
+            return judge.rms(p) > kStructured * judge.noise(p).of_rows() ? with_map(setup, setup.search(), p)
+                                                                         : Refined();
         };
     if (setup.regime == Regime::dynamic)
-        o.to_law_noise = [&setup, noise = std::make_shared<ColumnNoise>(*setup.logs)](const Refined& r) {
-            return nats_to_law_noise(setup, *noise, r);
-        };
+        o.to_law_noise = [&setup](const Refined& r) { return nats_to_law_noise(setup, r); };
     o.pulses = [&setup, &judge](const Point& p) { return pulses_of(setup, judge, p); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
+    o.reported_rms_to = [&judge](const Point& p, double most) { return judge.rms_to(p, most); };
     const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
         throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " +
@@ -353,14 +403,12 @@ std::string why_not(const std::string& name, double left, const Selection& s, co
 
 void reject(const TraceSetup& setup, const Judge& judge, const Selection& s, TraceResult& result)
 {
-    // A long log takes a while for each of them.
-    std::vector<double> left(s.alone.size());
-    side_by_side(left.size(), [&](std::size_t k) { left[k] = judge.rms(s.alone[k].second); });
-    for (std::size_t k = 0; k < left.size(); ++k) {
-        const std::string& name = s.alone[k].first;
+    for (const auto& alone : s.alone) {
+        const std::string& name = alone.first;
         const auto is_it = [&name](const auto& x) { return x.name == name; };
         if (std::any_of(result.effects.begin(), result.effects.end(), is_it)) continue;
-        result.rejected.push_back({name, why_not(name, left[k], s, result), left[k]});
+        const double left = judge.rms(alone.second);
+        result.rejected.push_back({name, why_not(name, left, s, result), left});
     }
     for (const TraceRejected& r : setup.untestable) result.rejected.push_back(r);
 }
@@ -466,7 +514,7 @@ void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
         if (!less.ok) return;
         Finding is;
         is.before = judge.rms(s.plain.point), is.after = judge.rms(s.best.point);
-        is.floor = noise_of(setup, s.best.point).floor;
+        is.floor = judge.noise(s.best.point).floor;
         if (stands_out(s.best.point, deviations(*setup.full, s.best), unknown->name) &&
             carries_most(is, judge.rms(less.point)))
             kept.push_back(unknown->name);
@@ -481,7 +529,7 @@ void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<double>& exact, Selection& s)
 {
     Finding is;
-    is.after = judge.rms(s.best.point), is.floor = noise_of(setup, s.best.point).floor;
+    is.after = judge.rms(s.best.point), is.floor = judge.noise(s.best.point).floor;
     is.after_exact = below(judge.each(s.best.point), exact);
     while (s.found.size() > 1 && is_structured({is, true, false})) {
         std::size_t least = 0;
@@ -502,7 +550,7 @@ void drop_small(const TraceSetup& setup, const Judge& judge, const std::vector<d
 void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
     // Fewer weights take up less of the noise.
-    const double floor = noise_of(setup, s.best.point).of_rows();
+    const double floor = judge.noise(s.best.point).of_rows();
     for (std::size_t k = s.found.size(); k-- > 0;) {
         if (s.found[k].confusable_with.empty()) continue;
         const Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);
@@ -544,13 +592,12 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
         const Effect* effect = find_effect(f.name);
         return effect != nullptr && (effect->is & is_like_turning_v) != 0;
     });
-    const bool is_noise = found.rms < kStructured * noise_of(*found.setup, found.selection.best.point).floor;
+    const bool is_noise = found.rms < kStructured * found.judge->noise(found.selection.best.point).floor;
     if (!alike && (is_noise || below(found.judge->each(found.selection.best.point), found.exact))) return found;
     std::unique_ptr<TraceSetup> rotor_held = setup_of(logs, options, Variant::rotor_held);
     if (is_worse(*rotor_held, found)) return found;
     Search other = search(logs, options, std::move(rotor_held), ticks);
-    ColumnNoise noise(logs);
-    const auto law_noise = [&noise](const Search& s) { return nats_to_law_noise(*s.setup, noise, s.selection.best); };
+    const auto law_noise = [](const Search& s) { return nats_to_law_noise(*s.setup, s.selection.best); };
     const double t = beside_law_noise(better(*found.setup->full, found.selection.best.left, other.selection.best.left),
                                       law_noise(other) - law_noise(found))
                          .t;
@@ -595,7 +642,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
 
     const Point& plain = s.plain.point;
     const double before = least_of(judge, plain);
-    Noise noise = noise_of(*setup, s.best.point);
+    Noise noise = judge.noise(s.best.point);
     const double after = judge.rms(s.best.point);
     // What was found within the pulses' error is none of theirs.
     const bool was_exact = below(judge.each(plain), s.found.empty() ? found.exact : found.own);
@@ -614,7 +661,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         if (!explained) result.partial = partial_of(*setup, judge, s, finding);
         s.found.clear(), s.after.clear();
         s.best = s.plain;
-        noise = noise_of(*setup, s.best.point);
+        noise = judge.noise(s.best.point);
     }
     const double floor = result.noise_floor = noise.floor;
     const Eigen::VectorXd

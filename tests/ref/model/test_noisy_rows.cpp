@@ -64,14 +64,18 @@ void forwards()
 void anywhere()
 {
     const std::vector<dqw::Log> logs = two_logs(), all = noisy(logs);
-    const dqw::Draws draws(logs);
-    const dqw::RowNoise noise{&draws, kSize};
-    dqw::RowReader rows(&noise);
-    for (const std::size_t k : {dqw::Draws::kApart - 1, dqw::Draws::kApart, std::size_t{7}, std::size_t{7},
-                                2 * dqw::Draws::kApart + 8, std::size_t{0}}) {
-        expect_row(row_of(all[0], k), rows.at(logs[0], k));
-        expect_row(row_of(all[1], k % 50), rows.at(logs[1], k % 50));
-        TEST_ASSERT_TRUE(all[0].w_m_rad_s[k] == rows.speed_at(logs[0], k));
+    // Of the second, rows by the mark and rows that are kept.
+    const std::vector<dqw::Piece> kept{{&logs[0], 5, 9, 0.0}, {&logs[1], 3, 50, 0.0}};
+    const dqw::Draws plain(logs), some_kept(logs, kept);
+    for (const dqw::Draws* draws : {&plain, &some_kept}) {
+        const dqw::RowNoise noise{draws, kSize};
+        dqw::RowReader rows(&noise);
+        for (const std::size_t k : {dqw::Draws::kApart - 1, dqw::Draws::kApart, std::size_t{7}, std::size_t{7},
+                                    2 * dqw::Draws::kApart + 8, std::size_t{0}, std::size_t{8}, std::size_t{9}}) {
+            expect_row(row_of(all[0], k), rows.at(logs[0], k));
+            expect_row(row_of(all[1], k % 50), rows.at(logs[1], k % 50));
+            TEST_ASSERT_TRUE(all[0].w_m_rad_s[k] == rows.speed_at(logs[0], k));
+        }
     }
 }
 

@@ -39,6 +39,36 @@ template <class Change> Judged judged(const std::vector<std::string>& settings, 
     return {dqw::noise_of(*setup, at), result.residual_rms};
 }
 
+/// Blocks asked for alone are those of the whole report, to the last digit: a late voltage looks back over six rows,
+/// and threads share the rows.
+void some_blocks_are_those_of_all()
+{
+    std::vector<Log> logs{simulated("servo", {"duration_s=1"}, Beside::nothing)};
+    const auto setup = dqw::trace_setup(logs, {});
+    dqw::Point at = setup->starts.front();
+    at.base = Eigen::Vector4d(0.9, 2.2e-3, 2.8e-3, 0.12);
+    dqw::Input late{dqw::Law::delay};
+    at.terms.push_back({late, {5.5}});
+    const std::vector<dqw::ReportBlock> all = setup->full->report(at, 0);
+    for (const std::size_t apart : {std::size_t{1}, std::size_t{2}, std::size_t{7}}) {
+        const std::size_t n = all[0].end - all[0].begin;
+        const std::vector<dqw::ReportBlock> some = setup->full->report_some(
+            at, [&](const Log&, std::size_t begin, std::size_t) { return begin / n % apart == 0; });
+        TEST_ASSERT_EQUAL_UINT64((all.size() + apart - 1) / apart, some.size());
+        for (std::size_t k = 0; k < some.size(); ++k) {
+            TEST_ASSERT_EQUAL_UINT64(all[k * apart].begin, some[k].begin);
+            TEST_ASSERT_EQUAL_MEMORY(all[k * apart].residual, some[k].residual, sizeof some[k].residual);
+            TEST_ASSERT_EQUAL_MEMORY(all[k * apart].measured, some[k].measured, sizeof some[k].measured);
+        }
+    }
+    std::size_t k = 0;
+    setup->full->report_each({at, at}, 0, [&](const std::vector<dqw::ReportBlock>& b) {
+        for (const dqw::ReportBlock& of : b) TEST_ASSERT_EQUAL_MEMORY(all[k].residual, of.residual, sizeof of.residual);
+        ++k;
+    });
+    TEST_ASSERT_EQUAL_UINT64(all.size(), k);
+}
+
 void unchanged(Log&) {}
 
 /// Of every channel alone: the floor is what the true machine leaves, and nothing is foretold.
@@ -212,6 +242,7 @@ void what_looks_alike_stands_in_the_deviations()
 int main()
 {
     UNITY_BEGIN();
+    RUN_TEST(some_blocks_are_those_of_all);
     RUN_TEST(white_noise_is_noise);
     RUN_TEST(filtered_currents_are_told);
     RUN_TEST(few_points_have_noise_of_their_own);
