@@ -416,7 +416,8 @@ static void enter_service(dqw_monitor *m)
     m->healthy.cold_R_ohm = m->config->commissioned ? c->R_ohm : value(m, DQW_R);
     m->healthy.cold_psi_Wb = m->config->commissioned ? c->psi_Wb : value(m, DQW_PSI);
     m->healthy.hottest_K = 0.0f;
-    begin_rest(m);
+    // Healthy values settle at once: what begins to grow in a rest would be taken in.
+    adopt(m);
 }
 
 // L_d shows only where i_d is not 0: without it the other three are watched.

@@ -96,7 +96,7 @@ void dqw_watch_adopt(dqw_watch *w, uint32_t halves);
 /// Healthy values come from a store: as many looks as they are the mean of.
 void dqw_watch_restore(dqw_watch *w, const uint8_t looks[]);
 
-/// Watch nothing for a while, healthy values are taken meanwhile: on entering service, and after an event.
+/// Watch nothing for a while, healthy values are taken meanwhile: after an event.
 void dqw_watch_rest(dqw_watch *w);
 
 /// May the healthy value of a channel, below DQW_WATCH_FRICTION, still settle? Not once it stands, nor while it seems

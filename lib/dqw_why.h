@@ -24,7 +24,7 @@ enum dqw_why {
     DQW_WHY_THRESHOLD,      ///< ordinal learning was done with a residual above the threshold
     DQW_WHY_LEFT_BAND,      ///< the residual rose above the threshold in service
     // In service, where nothing is watched for a while
-    DQW_WHY_RESTS,   ///< after an event, or on entering service: healthy values are taken anew
+    DQW_WHY_RESTS,   ///< after an event: healthy values are taken anew
     DQW_WHY_NAMING,  ///< something has changed, and is being named
     DQW_WHY_PAUSE,   ///< no block was learned for a while: the weights catch up
     // Of one channel, while others are watched

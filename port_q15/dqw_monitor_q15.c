@@ -470,7 +470,8 @@ static void enter_service(dqw_monitor_q15 *m)
     m->healthy.cold_R_q24 = commissioned ? u.w_q24[DQW_R] : value(m, DQW_R);
     m->healthy.cold_psi_q24 = commissioned ? u.w_q24[DQW_PSI] : value(m, DQW_PSI);
     m->healthy.hottest_q16 = 0;
-    begin_rest(m);
+    // Healthy values settle at once: what begins to grow in a rest would be taken in.
+    adopt(m);
 }
 
 // L_d shows only where i_d is not 0: without it the other three are watched.

@@ -55,7 +55,7 @@ typedef struct course {
     uint32_t whys;  ///< bit i: enum dqw_why i held after some sample
 } course;
 
-/// A rest begins with what is now as healthy, and no reversal counted: not only from the next look on.
+/// Service, and a rest, begin with what is now as healthy, and no reversal counted: not only from the next look on.
 static inline void is_healthy_now(const dqw_monitor *m)
 {
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
@@ -71,7 +71,7 @@ static inline course watch(dqw_monitor *m, int from, int to)
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sample s = row_sample(k);
         const bool waits = (dqw_monitor_sample(m, &s, false) & DQW_EVENT_BLOCK) != 0;
-        const bool served = dqw_monitor_stage(m) == DQW_STAGE_IN_SERVICE;
+        const bool begins = dqw_monitor_stage(m) != DQW_STAGE_IN_SERVICE && m->enter_as_stored == NULL;
         dqw_monitor_change e;
         memset(&e, 0x5a, sizeof e);
         const bool told = dqw_monitor_background(m);
@@ -81,7 +81,8 @@ static inline course watch(dqw_monitor *m, int from, int to)
         const enum dqw_stage_name stage = dqw_monitor_stage(m);
         // What coarse weights leave is no ripple.
         HOLDS(stage != DQW_STAGE_RANDOM || m->witness.blocks == 0);
-        if ((told || !served) && dqw_monitor_why(m) == DQW_WHY_RESTS) is_healthy_now(m);
+        if ((told && dqw_monitor_why(m) == DQW_WHY_RESTS) || (begins && stage == DQW_STAGE_IN_SERVICE))
+            is_healthy_now(m);
         if (!isfinite(o.through_s[stage])) o.through_s[stage] = k * DT_S;
         if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;
         if (waits && !isfinite(o.watching_s) && dqw_monitor_why(m) == DQW_WHY_IN_SERVICE) o.watching_s = k * DT_S;

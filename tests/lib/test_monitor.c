@@ -456,11 +456,11 @@ static void test_why_a_monitor_is_not_in_service(void)
     const course o = watch(&m, 0, row_count);
     CASE("whys %x", (unsigned)o.whys);
     const uint32_t expected = 1u << DQW_WHY_NO_BLOCK | 1u << DQW_WHY_NOISE | 1u << DQW_WHY_BLOCKS |
-                              1u << DQW_WHY_RESTS | 1u << DQW_WHY_IN_SERVICE;
+                              1u << DQW_WHY_IN_SERVICE;
     const uint32_t may = 1u << DQW_WHY_R | 1u << DQW_WHY_LQ | 1u << DQW_WHY_PSI | 1u << DQW_WHY_EXCITATION |
                          1u << DQW_WHY_NAMING | 1u << DQW_WHY_RESIDUAL;
     HOLDS((o.whys & expected) == expected && (o.whys & ~(expected | may)) == 0);
-    BETWEEN(0.8, o.watching_s - o.service_s, 1.1);  // a rest of 60 looks of 16 blocks
+    BETWEEN(0.0, o.watching_s - o.service_s, 0.001);  // at once
     // A pause: a while without blocks, then the weights catch up.
     const dqw_sample none = {.v_d_V = NAN};
     for (int k = 0; k < 4000; k++) {

@@ -87,7 +87,7 @@ typedef struct course {
     uint32_t whys;      // bit i: enum dqw_why i held after some block
 } course;
 
-// A rest begins with what is now as healthy, and no reversal counted: not only from the next look on.
+// Service, and a rest, begin with what is now as healthy, and no reversal counted: not only from the next look on.
 static void is_healthy_now(const dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
@@ -106,14 +106,15 @@ static course watch(dqw_monitor_q15 *m, int from, int to)
     for (int k = from; k < to && k < row_count; k++) {
         const dqw_sample_q15 s = row_sample(k);
         const bool waits = (dqw_monitor_sample_q15(m, &s, false) & DQW_EVENT_BLOCK) != 0;
-        const bool served = dqw_monitor_stage_q15(m) == DQW_STAGE_IN_SERVICE;
+        const bool begins = dqw_monitor_stage_q15(m) != DQW_STAGE_IN_SERVICE && !m->restored;
         dqw_monitor_change_q15 e;
         memset(&e, 0x5a, sizeof e);
         const bool changed = dqw_monitor_background_q15(m);
         HOLDS(waits || !changed);
         HOLDS(dqw_monitor_event_q15(m, &e) == changed && !dqw_monitor_event_q15(m, &e));
-        if ((changed || !served) && dqw_monitor_why_q15(m) == DQW_WHY_RESTS) is_healthy_now(m);
         const enum dqw_stage_name stage = dqw_monitor_stage_q15(m);
+        if ((changed && dqw_monitor_why_q15(m) == DQW_WHY_RESTS) || (begins && stage == DQW_STAGE_IN_SERVICE))
+            is_healthy_now(m);
         // What coarse weights leave is no ripple.
         HOLDS(stage != DQW_STAGE_RANDOM || m->witness.blocks == 0);
         if (stage == DQW_STAGE_IN_SERVICE && !isfinite(o.service_s)) o.service_s = k * DT_S;
@@ -227,13 +228,12 @@ static void test_why_a_monitor_is_not_in_service(void)
     // The whole way of a healthy drive.
     const course o = watch(&m, 0, row_count);
     CASE("whys %x, service at %g s, watching at %g s", (unsigned)o.whys, o.service_s, o.watching_s);
-    const uint32_t expected = 1u << DQW_WHY_NOISE | 1u << DQW_WHY_BLOCKS | 1u << DQW_WHY_RESTS |
-                              1u << DQW_WHY_IN_SERVICE;
+    const uint32_t expected = 1u << DQW_WHY_NOISE | 1u << DQW_WHY_BLOCKS | 1u << DQW_WHY_IN_SERVICE;
     const uint32_t may = 1u << DQW_WHY_NO_BLOCK | 1u << DQW_WHY_R | 1u << DQW_WHY_LQ | 1u << DQW_WHY_PSI |
                          1u << DQW_WHY_EXCITATION | 1u << DQW_WHY_RESIDUAL;
     HOLDS(o.events == 0 && (o.whys & expected) == expected && (o.whys & ~(expected | may)) == 0);
     BETWEEN(0.5, o.service_s, 0.8);
-    BETWEEN(0.8, o.watching_s - o.service_s, 1.1);  // a rest of 60 looks of 16 blocks
+    BETWEEN(0.0, o.watching_s - o.service_s, 0.001);  // at once
     // A pause: a while without blocks, then the weights catch up.
     for (int k = 0; k < 4000; k++) {
         const dqw_sample_q15 x = row_sample(k);
@@ -754,10 +754,10 @@ static dqw_monitor_stored_q15 stored_of_a_healthy_joint(const dqw_monitor_q15_co
     const dqw_monitor_stored_q15 untouched = stored;
     HOLDS(!dqw_monitor_store_q15(&m, &stored));
     // In service, and nothing stands yet.
-    (void)watch(&m, 0, (int)(1.0 / DT_S));
+    (void)watch(&m, 0, (int)(0.75 / DT_S));
     HOLDS(dqw_monitor_stage_q15(&m) == DQW_STAGE_IN_SERVICE && !dqw_monitor_store_q15(&m, &stored));
     TEST_ASSERT_EQUAL_MEMORY(&untouched, &stored, sizeof stored);
-    HOLDS(watch(&m, (int)(1.0 / DT_S), row_count).events == 0);
+    HOLDS(watch(&m, (int)(0.75 / DT_S), row_count).events == 0);
     HOLDS(!dqw_monitor_store_q15(NULL, &stored) && !dqw_monitor_store_q15(&m, NULL));
     HOLDS(dqw_monitor_store_q15(&m, &stored));
     every_value_comes_back(&m);

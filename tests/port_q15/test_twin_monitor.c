@@ -201,8 +201,8 @@ static void test_both_leave_a_healthy_joint_alone(void)
         // What temperatures count from goes with them while they are not known better.
         CASE("cold R %.7g, healthy %.7g", (double)t.f.healthy.cold_R_ohm, (double)t.f.healthy.weight[DQW_R]);
         if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
-        BETWEEN(-5e-4, t.q.healthy.cold_R_q24 / 16777216.0 * weight_unit(&t, 0) / (double)t.f.healthy.cold_R_ohm - 1,
-                5e-4);
+        BETWEEN(-1e-3, t.q.healthy.cold_R_q24 / 16777216.0 * weight_unit(&t, 0) / (double)t.f.healthy.cold_R_ohm - 1,
+                1e-3);
         BETWEEN(-5e-4, t.q.healthy.cold_psi_q24 / 16777216.0 * weight_unit(&t, 3) / (double)t.f.healthy.cold_psi_Wb - 1,
                 5e-4);
         // What lasts is no ripple's.
