@@ -307,8 +307,8 @@ struct Late {
     }
 };
 
-/// What a current that was sampled `late` seconds after its row has more than at its row: back to second order, under
-/// the voltage that acts between the two.
+/// What a current that was sampled `late` seconds after its row has more than at its row: back to third order, under the
+/// voltage that acts between the two. (E116)
 Vector2 sampled_late(const Moment& at, Vector2 v, double late)
 {
     const double turn = -at.w_e * late, c = std::cos(turn), s = std::sin(turn);
@@ -316,8 +316,10 @@ Vector2 sampled_late(const Moment& at, Vector2 v, double late)
     if (at.settled) return {i.d - then.d, i.q - then.q};
     const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q},
         slope = slope_of(at, v_then, then, at.psi),
-        bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0);
-    const Vector2 row = plus(plus(then, -late, slope), 0.5 * late * late, bend);
+        bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0),
+        twist = slope_of(at, {-at.w_e * at.w_e * v_then.d, -at.w_e * at.w_e * v_then.q}, bend, 0.0);
+    const double by_2 = 0.5 * late * late, by_3 = by_2 * late / 3.0;
+    const Vector2 row = plus(plus(plus(then, -late, slope), by_2, bend), -by_3, twist);
     return {i.d - row.d, i.q - row.q};
 }
 
@@ -431,8 +433,8 @@ void seen_ahead(const Moment& at, double angle, Vector2& f, Vector2& g)
     g.d += of_i * at.i_d + cross * at.i_q, g.q += cross * at.i_d - of_i * at.i_q;
 }
 
-/// What the legs' pulses add to currents that a sensor tells `late` seconds after the row, or behind a filter. (E168)
-void between_pulses(const Input& input, double late_s, const Moment& m, Vector2& f, Vector2& g)
+/// What the legs' pulses add to currents that a sensor tells `late_s` after the row, or behind a filter. (E168)
+Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
 {
     Moment seen;
     const Moment& at = turned(input, m, seen);
@@ -446,9 +448,7 @@ void between_pulses(const Input& input, double late_s, const Moment& m, Vector2&
         Vs[leg] = link * (lag ? -filtered_beyond_mean(duty.of[leg], late_s, at.period_s)
                               : pulse_beyond_mean(duty.of[leg], late_s, at.period_s));
     const Vector2 flux = of_phases(at, Vs[0], Vs[1], Vs[2]);
-    Vector2 of_f, of_g;
-    sensor(at, {flux.d / at.Ld, flux.q / at.Lq}, of_f, of_g);
-    f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
+    return {flux.d / at.Ld, flux.q / at.Lq};
 }
 
 /// What a voltage in pulses leaves of the flux that its mean would bring, as a voltage. (E169)
@@ -539,6 +539,34 @@ Vector2 turned_by(double angle, Vector2 x)
 }
 
 namespace {
+
+/// Whether a law follows the machine from one instant to another.
+bool runs_meanwhile(const Input& input)
+{
+    if (input.law == Law::sample_shift)
+        return input.shape[0] == static_cast<double>(Instant::currents_before) ||
+               input.shape[0] == static_cast<double>(Instant::currents_after);
+    return input.law == Law::pulsed_shift || filters_currents(input);
+}
+
+/// The same as the rotor sees it, whose induced voltage and inductances are not along the axes of an angle that is ahead.
+/// (E179)
+Moment in_rotors_frame(Moment m)
+{
+    const double by = m.ahead_rad;
+    m.ahead_rad = 0.0;
+    const auto turn = [by](double& d, double& q) {
+        const Vector2 x = turned_by(by, {d, q});
+        d = x.d, q = x.q;
+    };
+    turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q);
+    turn(m.v_next.d, m.v_next.q), turn(m.v_now.d, m.v_now.q);
+    for (Vector2& v : m.change) turn(v.d, v.q);
+    for (Vector2& v : m.turned) turn(v.d, v.q);
+    const Vector2 angle = turned_by(-by, {m.cos_e, m.sin_e});
+    m.cos_e = angle.d, m.sin_e = angle.q;
+    return m;
+}
 
 bool fits_link(const Input& input)
 {
@@ -696,6 +724,12 @@ void add_up(const Input& input, const double weights[], int count, const Moment&
 
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g)
 {
+    if (at.ahead_rad != 0.0 && runs_meanwhile(input)) {
+        Vector2 of_f, of_g;
+        evaluate_sum(input, weights, in_rotors_frame(at), of_f, of_g);
+        f = plus(f, 1.0, turned_by(-at.ahead_rad, of_f)), g = plus(g, 1.0, turned_by(-at.ahead_rad, of_g));
+        return;
+    }
     if (input.law == Law::angle_offset) {
         const double c = std::cos(weights[0]), s = std::sin(weights[0]);
         const double flux_d = at.Ld * (c * at.i_d - s * at.i_q) + at.psi, flux_q = at.Lq * (s * at.i_d + c * at.i_q);
@@ -711,13 +745,17 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     if (sees_turning_alone(input)) return void(g = plus(g, 1.0, turned_iron(at, weights[0])));
     if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
-    if (input.law == Law::pulsed_shift) {
-        shifted({Law::sample_shift, {static_cast<double>(Instant::currents_after)}}, weights[0], at, f, g);
-        return between_pulses(input, weights[0], at, f, g);
-    }
-    if (input.law == Law::pulsed_lag) {
-        lagging({Law::sensor_lag, {static_cast<double>(Channel::currents)}}, weights[0], at, f, g);
-        return between_pulses(input, weights[0], at, f, g);
+    if (input.law == Law::pulsed_shift || input.law == Law::pulsed_lag) {
+        // What the pulses add is no part of the current that the mean voltage runs.
+        const Vector2 more = of_pulses(input, weights[0], at);
+        Moment run = at;
+        run.i_d -= more.d, run.i_q -= more.q;
+        const Vector2 late = input.law == Law::pulsed_shift ? sampled_late(run, at.v_next, weights[0])
+                                                            : filtered(run, weights[0]);
+        Vector2 of_f, of_g;
+        sensor(at, plus(more, 1.0, late), of_f, of_g);
+        f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
+        return;
     }
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
@@ -811,6 +849,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     case Law::sensor_lag:
     case Law::pulsed_lag: {
         if (!filters_currents(input)) break;
+        // An angle that is ahead turns the slopes by what they differ along the axes, a part of a part.
         double more[4];
         filtered(at, weights[0], more);
         for (int j : {0, 1, 2, 3}) f_slope[j] -= at.R * more[j], g_slope[j] -= (j < 2 ? at.Ld : at.Lq) * more[j];

@@ -64,6 +64,7 @@ struct Moment {
     double v_dc = 0;
     double period_s = 0;
     double lag_s = 0;      ///< of a filter that all of the line's current passes
+    double ahead_rad = 0;  ///< of the rotor, what the angle is in whose frame all of this is seen
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;

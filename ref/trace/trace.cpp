@@ -22,6 +22,7 @@
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "ref/trace/rules.hpp"
+#include "ref/trace/sampled_instant.hpp"
 #include "ref/trace/sense.hpp"
 #include "ref/trace/setup.hpp"
 #include "ref/trace/spread.hpp"
@@ -344,7 +345,9 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
 {
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
-    o.settle = [&setup](Refined r) { return settle_loss(setup, setup.search(), std::move(r)); };
+    o.settle = [&setup](Refined r) {
+        return settle_instant(setup, setup.search(), settle_loss(setup, setup.search(), std::move(r)));
+    };
     if (tells_bends(setup))
         o.mapped = [&setup, &judge](const Point& p) {
             return judge.rms(p) > kStructured * judge.noise(p).of_rows() ? with_map(setup, setup.search(), p)

@@ -106,9 +106,30 @@ void currents_told_behind_the_pulses_middle_are_named()
                           "noise=0.003", "noise.v=0", "profile.v_d_V.binary=4", "profile.v_q_V.binary=4",
                           "profile.speed_rad_s.wave=250", "sensing.late_periods=0.66"}));
     only(r, "sample_shift");
-    // Of 132 us: measured 132.3, in the other valley 129.0.
-    TEST_ASSERT_DOUBLE_WITHIN(0.7e-6, 132.3e-6, value(r.effects[0].parameters, "shift_s"));
-    TEST_ASSERT_TRUE(r.after.heldout_rms < 0.2 * r.before.heldout_rms);
+    // Of 132 us: measured 132.2, in the other valley 129.0.
+    TEST_ASSERT_DOUBLE_WITHIN(0.5e-6, 132.2e-6, value(r.effects[0].parameters, "shift_s"));
+    TEST_ASSERT_TRUE(r.after.heldout_rms < 0.1 * r.before.heldout_rms);
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+}
+
+/// Currents told late and an angle that is off, together: induced voltage and inductances lie along the rotor's axes, not
+/// along the angle's. Of legs that switch the pulses show only once both are in the model; without them an iron loss,
+/// and without the rotor's axes 54 mrad.
+void late_currents_and_an_angle_that_is_off_are_both_told()
+{
+    for (const char* modulation : {"mean", "clamped_low"}) {
+        const TraceResult r = dqw::trace(one_log(
+            "servo", {std::string("inverter.modulation=") + modulation, "method=rk4", "drive.dt_s=0.0002",
+                      "duration_s=0.6", "noise=0.003", "sensing.late_periods=0.9", "nonideal.angle_offset_rad=0.05"}));
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(2, r.effects.size(), modulation);
+        for (const auto& e : r.effects) {
+            const bool shift = e.name == "sample_shift";
+            TEST_ASSERT_EQUAL_STRING(shift ? "sample_shift" : "angle_offset", e.name.c_str());
+            const double truth = shift ? 180e-6 : 0.05;
+            TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(3e-3 * truth, truth, value(e.parameters, shift ? "shift_s" : "angle_rad"),
+                                              modulation);
+        }
+    }
 }
 
 /// What comes once a turn no pulses make: below what they may turn, a sensor's offset is named still.
@@ -486,6 +507,7 @@ int main()
     RUN_TEST(pulses_of_a_long_period_have_no_name);
     RUN_TEST(offset_below_the_pulses_own_is_named);
     RUN_TEST(currents_told_between_pulses_are_named);
+    RUN_TEST(late_currents_and_an_angle_that_is_off_are_both_told);
     RUN_TEST(currents_told_behind_the_pulses_middle_are_named);
     RUN_TEST(unlike_phases_show_at_one_angle);
     RUN_TEST(a_loss_that_noise_hides_is_in_the_deviation_of_R);

@@ -1,0 +1,64 @@
+#include "ref/trace/sampled_instant.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "ref/effect/effect.hpp"
+
+namespace dqw {
+namespace {
+
+constexpr int kPasses = 12;  ///< as a fit of the search has
+
+bool is_pulsed(Law law) { return law == Law::pulsed_shift || law == Law::pulsed_lag; }
+
+Input without_pulses(Law law)
+{
+    if (law == Law::pulsed_lag) return {Law::sensor_lag, {static_cast<double>(Channel::currents)}};
+    return {Law::sample_shift, {static_cast<double>(Instant::currents_after)}};
+}
+
+/// The law that says between the pulses what a term says of the currents' instant; its own where it says nothing of it.
+Law with_pulses(const Input& term)
+{
+    if (filters_currents(term)) return Law::pulsed_lag;
+    return term.law == Law::sample_shift && term.shape[0] == without_pulses(Law::pulsed_shift).shape[0]
+               ? Law::pulsed_shift
+               : term.law;
+}
+
+Refined with_input(const Model& model, const Refined& found, std::size_t k, const Input& input, double from_s,
+                   double worth)
+{
+    Point start = found.point;
+    start.terms[k].input = input, start.terms[k].weights[0] = from_s;
+    return refine(model, start, kPasses, worth);
+}
+
+}  // namespace
+
+Refined settle_instant(const TraceSetup& setup, const Model& model, Refined found)
+{
+    Refined best = found;
+    for (std::size_t k = 0; k < found.point.terms.size(); ++k) {
+        const Term& term = found.point.terms[k];
+        const Law law = with_pulses(term.input);
+        if (!is_pulsed(law)) continue;
+        // Pulses make several valleys; what is told without them is near the right one.
+        double from_s = term.weights[0];
+        if (is_pulsed(term.input.law)) {
+            const Refined plain = with_input(model, found, k, without_pulses(law), from_s, -HUGE_VAL);
+            if (plain.ok) from_s = plain.point.terms[k].weights[0];
+        }
+        for (const Candidate& c : setup.candidates) {
+            if (c.inputs.front().law != law) continue;
+            Refined rival = with_input(model, found, k, c.inputs.front(), from_s, found.left.seen);
+            if (rival.ok && rival.left.heldout > best.left.heldout &&
+                confirmed(model, better(model, found.left, rival.left)))
+                best = std::move(rival);
+        }
+    }
+    return best;
+}
+
+}  // namespace dqw
