@@ -15,7 +15,8 @@ struct Units {
 };
 
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
-/// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the moment's heat_K.
+/// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the
+/// moment's heat_K.
 template <typename Put>
 void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candidates, const TraceColumns& c,
                 std::size_t k, Moment& m, Units& units, Put&& put)
