@@ -153,12 +153,6 @@ static void adopt(dqw_monitor *m)
     dqw_watch_adopt(&m->watch, m->estimator.number);
 }
 
-static void begin_rest(dqw_monitor *m)
-{
-    adopt(m);
-    dqw_watch_rest(&m->watch);
-}
-
 // R or flux as measured, as far as heat can have made it since its healthy value last followed, and `more`.
 static float heated(const dqw_monitor *m, int channel, float more)
 {
@@ -401,7 +395,8 @@ static bool look(dqw_monitor *m)
     // Temperatures go on counting from where they were: what has broken is not what has heated.
     if (dqw_fault_moves_R(m->named_fault.name)) m->healthy.cold_R_ohm *= value(m, DQW_R) / m->healthy.weight[DQW_R];
     m->healthy.cold_psi_Wb *= value(m, DQW_PSI) / m->healthy.weight[DQW_PSI];
-    begin_rest(m);
+    adopt(m);
+    dqw_watch_rest(&m->watch);
     return true;
 }
 

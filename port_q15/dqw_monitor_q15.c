@@ -194,12 +194,6 @@ static void adopt(dqw_monitor_q15 *m)
     dqw_watch_adopt(&m->watch, m->estimator.number);
 }
 
-static void begin_rest(dqw_monitor_q15 *m)
-{
-    adopt(m);
-    dqw_watch_rest(&m->watch);
-}
-
 // R or flux as measured, as far as heat can have made it since its healthy value last followed, and `more`.
 static int32_t heated(const dqw_monitor_q15 *m, int channel, int32_t more)
 {
@@ -454,7 +448,8 @@ static bool look(dqw_monitor_q15 *m)
     if (dqw_fault_moves_R(m->named_fault.name))
         recount(&m->healthy.cold_R_q24, value(m, DQW_R), m->healthy.weight_q24[DQW_R]);
     recount(&m->healthy.cold_psi_q24, value(m, DQW_PSI), m->healthy.weight_q24[DQW_PSI]);
-    begin_rest(m);
+    adopt(m);
+    dqw_watch_rest(&m->watch);
     return true;
 }
 
