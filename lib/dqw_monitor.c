@@ -402,6 +402,7 @@ static bool look(dqw_monitor *m)
 
 static void enter_service(dqw_monitor *m)
 {
+    dqw_watch_enter(&m->watch);
     if (m->enter_as_stored != NULL) {
         m->enter_as_stored(m);
         m->enter_as_stored = NULL;

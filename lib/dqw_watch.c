@@ -113,6 +113,12 @@ void dqw_watch_restore(dqw_watch *w, const uint8_t looks[])
     for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) w->looks[i] = looks[i];
 }
 
+void dqw_watch_enter(dqw_watch *w)
+{
+    w->wait = 0;
+    w->resting = false;
+}
+
 void dqw_watch_rest(dqw_watch *w)
 {
     w->wait = REST_TICKS;

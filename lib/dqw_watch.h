@@ -96,6 +96,9 @@ void dqw_watch_adopt(dqw_watch *w, uint32_t halves);
 /// Healthy values come from a store: as many looks as they are the mean of.
 void dqw_watch_restore(dqw_watch *w, const uint8_t looks[]);
 
+/// Service begins: whatever a pause or a rest before it left to wait for is over.
+void dqw_watch_enter(dqw_watch *w);
+
 /// Watch nothing for a while, healthy values are taken meanwhile: after an event.
 void dqw_watch_rest(dqw_watch *w);
 

@@ -455,6 +455,7 @@ static bool look(dqw_monitor_q15 *m)
 
 static void enter_service(dqw_monitor_q15 *m)
 {
+    dqw_watch_enter(&m->watch);
     if (m->restored) {
         dqw_monitor_enter_as_stored_q15(m);
         return;

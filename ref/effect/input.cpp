@@ -307,8 +307,8 @@ struct Late {
     }
 };
 
-/// What a current that was sampled `late` seconds after its row has more than at its row: back to third order, under the
-/// voltage that acts between the two. (E116)
+/// What a current that was sampled `late` seconds after its row has more than at its row: back to third order, under
+/// the voltage that acts between the two. (E116)
 Vector2 sampled_late(const Moment& at, Vector2 v, double late)
 {
     const double turn = -at.w_e * late, c = std::cos(turn), s = std::sin(turn);
@@ -447,8 +447,10 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
     for (int leg = 0; leg < 3; ++leg)
         Vs[leg] = link * (lag ? -filtered_beyond_mean(duty.of[leg], late_s, at.period_s)
                               : pulse_beyond_mean(duty.of[leg], late_s, at.period_s));
-    const Vector2 flux = of_phases(at, Vs[0], Vs[1], Vs[2]);
-    return {flux.d / at.Ld, flux.q / at.Lq};
+    // The flux stands still while the rotor turns on to the later instant.
+    const double turn = lag ? 0.0 : at.w_e * late_s;
+    const Vector2 flux = turned_by(-turn, of_phases(at, Vs[0], Vs[1], Vs[2]));
+    return turned_by(turn, {flux.d / at.Ld, flux.q / at.Lq});
 }
 
 /// What a voltage in pulses leaves of the flux that its mean would bring, as a voltage. (E169)
@@ -549,8 +551,8 @@ bool runs_meanwhile(const Input& input)
     return input.law == Law::pulsed_shift || filters_currents(input);
 }
 
-/// The same as the rotor sees it, whose induced voltage and inductances are not along the axes of an angle that is ahead.
-/// (E179)
+/// The same as the rotor sees it, whose induced voltage and inductances are not along the axes of an angle that is
+/// ahead. (E179)
 Moment in_rotors_frame(Moment m)
 {
     const double by = m.ahead_rad;
@@ -849,10 +851,16 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     case Law::sensor_lag:
     case Law::pulsed_lag: {
         if (!filters_currents(input)) break;
-        // An angle that is ahead turns the slopes by what they differ along the axes, a part of a part.
         double more[4];
-        filtered(at, weights[0], more);
-        for (int j : {0, 1, 2, 3}) f_slope[j] -= at.R * more[j], g_slope[j] -= (j < 2 ? at.Ld : at.Lq) * more[j];
+        filtered(in_rotors_frame(at), weights[0], more);
+        for (int col : {0, 1}) {
+            const Vector2 seen = turned_by(at.ahead_rad, {col == 0 ? 1.0 : 0.0, col == 0 ? 0.0 : 1.0}),
+                          o{more[0] * seen.d + more[1] * seen.q, more[2] * seen.d + more[3] * seen.q},
+                          of_f = turned_by(-at.ahead_rad, {at.R * o.d, at.R * o.q}),
+                          of_g = turned_by(-at.ahead_rad, {at.Ld * o.d, at.Lq * o.q});
+            f_slope[col] -= of_f.d, f_slope[2 + col] -= of_f.q;
+            g_slope[col] -= of_g.d, g_slope[2 + col] -= of_g.q;
+        }
         break;
     }
     default: break;
@@ -919,6 +927,11 @@ void evaluate_torque(const Input& input, double w_m, double theta_m, double torq
     case Law::load_torque: torque[0] = 1.0; break;
     default: break;
     }
+}
+
+bool shifts_angle(const Input& input)
+{
+    return input.law == Law::sample_shift && input.shape[0] == static_cast<double>(Instant::angle);
 }
 
 bool filters_currents(const Input& input)

@@ -40,6 +40,9 @@ inline bool is_angle(const Input& input, std::size_t shape) { return shape == 1 
 /// Whether it is a filter that the currents pass, whose time constant is its weight.
 bool filters_currents(const Input& input);
 
+/// Whether the angle is told at another instant than the rest.
+bool shifts_angle(const Input& input);
+
 /// The inputs of a dead time with this modulation.
 Input dead_time_input(Modulation modulation, double width_A, double start_angle_rad, bool free_angle);
 

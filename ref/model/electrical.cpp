@@ -106,6 +106,7 @@ struct ElectricalModel::Plant {
     bool asks_before = false;  ///< for the currents of the row before a period
     double lag_s = 0.0;        ///< of the currents' filter
     double ahead_rad = 0.0;    ///< what the angle is of the rotor
+    double ahead_s = 0.0;      ///< the same, of a later instant
     double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
@@ -116,6 +117,7 @@ struct ElectricalModel::Plant {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
             if (t.input.law == Law::angle_offset) ahead_rad += t.weights[0];
+            if (shifts_angle(t.input)) ahead_s += t.weights[0];
             draws = draws || t.input.law == Law::turn_short;
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
@@ -155,7 +157,7 @@ struct ElectricalModel::Plant {
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
-        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.ahead_rad = ahead_rad;
+        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.ahead_rad = ahead_rad + ahead_s * m.w_e;
         if (draws) put_bend(m);
         if (asks_before) put_before(m, piece, k);
         return m;

@@ -51,7 +51,7 @@ struct ReportBlock {
     double measured[2] = {}, residual[2] = {};
 };
 
-/// Whether a block of these rows is asked for; called by several threads.
+/// Whether a block of these rows is asked for.
 using WantedBlock = std::function<bool(const Log& log, std::size_t begin, std::size_t end)>;
 
 /// Sums over one fine block: rows, and for each channel the Gram matrix of [J e], e last.

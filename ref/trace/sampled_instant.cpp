@@ -1,7 +1,6 @@
 #include "ref/trace/sampled_instant.hpp"
 
 #include <cmath>
-#include <utility>
 
 #include "ref/effect/effect.hpp"
 
@@ -40,23 +39,26 @@ Refined with_input(const Model& model, const Refined& found, std::size_t k, cons
 Refined settle_instant(const TraceSetup& setup, const Model& model, Refined found)
 {
     Refined best = found;
+    const auto take = [&](const Refined& rival) {
+        if (rival.ok && rival.left.heldout > best.left.heldout &&
+            confirmed(model, better(model, found.left, rival.left)))
+            best = rival;
+    };
     for (std::size_t k = 0; k < found.point.terms.size(); ++k) {
         const Term& term = found.point.terms[k];
         const Law law = with_pulses(term.input);
         if (!is_pulsed(law)) continue;
-        // Pulses make several valleys; what is told without them is near the right one.
+        // What is told without pulses lies near the right one of their valleys, or beyond it, towards a whole period.
         double from_s = term.weights[0];
         if (is_pulsed(term.input.law)) {
             const Refined plain = with_input(model, found, k, without_pulses(law), from_s, -HUGE_VAL);
             if (plain.ok) from_s = plain.point.terms[k].weights[0];
+            take(plain);
         }
-        for (const Candidate& c : setup.candidates) {
-            if (c.inputs.front().law != law) continue;
-            Refined rival = with_input(model, found, k, c.inputs.front(), from_s, found.left.seen);
-            if (rival.ok && rival.left.heldout > best.left.heldout &&
-                confirmed(model, better(model, found.left, rival.left)))
-                best = std::move(rival);
-        }
+        for (const Candidate& c : setup.candidates)
+            if (c.inputs.front().law == law)
+                for (const double part : {1.0, 0.9, 0.75, 0.5})
+                    take(with_input(model, found, k, c.inputs.front(), part * from_s, best.left.seen));
     }
     return best;
 }

@@ -485,6 +485,9 @@ static void test_why_a_monitor_is_not_in_service(void)
         (void)dqw_monitor_background(&m);
     }
     TEST_ASSERT_EQUAL_INT(DQW_WHY_EXCITATION, dqw_monitor_why(&m));
+    // What stood before service is no pause in it: healthy values settle at once, or what grows then is taken in.
+    const course began = watch(&m, 0, row_count);
+    BETWEEN(0.0, began.watching_s - began.service_s, 0.001);
 
     // The voltage a period off, said neither way right.
     for (int said = 0; said < 2; said++) {

@@ -345,6 +345,32 @@ void a_voltage_in_another_frame_or_late()
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, -2.0 + 0.25 * (1.0 - 0.25 * R * T / Lq), f.q);
 }
 
+/// Beside an angle that is ahead the slopes of a filter by the currents are those of what it takes, saliency and all.
+void a_filter_beside_an_angle_that_is_ahead()
+{
+    const Input input{Law::sensor_lag, {static_cast<double>(dqw::Channel::currents)}};
+    const double tau[] = {1e-4}, step = 1e-3;
+    const auto at = [](Complex i) {
+        Moment m = moment(i);
+        m.v_end_d = -3.0, m.v_end_q = 8.0, m.change[0] = {2.0, -1.0}, m.ahead_rad = 0.3;
+        return m;
+    };
+    const Complex i(-3.0, 20.0);
+    double by_f[4] = {}, by_g[4] = {};
+    dqw::evaluate_slope(input, tau, at(i), by_f, by_g);
+    for (int axis : {0, 1}) {
+        const Complex more = axis == 0 ? Complex(step, 0.0) : Complex(0.0, step);
+        Vector2 f[2], g[2];
+        dqw::evaluate_sum(input, tau, at(i + more), f[0], g[0]);
+        dqw::evaluate_sum(input, tau, at(i - more), f[1], g[1]);
+        const double expected[] = {f[0].d - f[1].d, f[0].q - f[1].q, g[0].d - g[1].d, g[0].q - g[1].q};
+        const double found[] = {by_f[axis], by_f[2 + axis], by_g[axis], by_g[2 + axis]};
+        for (int k = 0; k < 4; ++k)
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6 * std::abs(expected[axis < 1 ? 0 : 1]), expected[k] / (2.0 * step),
+                                      found[k]);
+    }
+}
+
 /// A source of 48 V behind 0.2 ohm, and legs that take the power.
 void a_link_that_sags()
 {
@@ -490,6 +516,7 @@ int main(void)
     RUN_TEST(a_frame_that_is_ahead);
     RUN_TEST(an_encoders_frame_turns_unevenly);
     RUN_TEST(a_voltage_in_another_frame_or_late);
+    RUN_TEST(a_filter_beside_an_angle_that_is_ahead);
     RUN_TEST(a_link_that_sags);
     RUN_TEST(shorted_turns);
     RUN_TEST(slopes_by_the_weights);
