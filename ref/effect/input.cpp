@@ -852,7 +852,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     case Law::pulsed_lag: {
         if (!filters_currents(input)) break;
         double more[4];
-        filtered(in_rotors_frame(at), weights[0], more);
+        filtered(at, weights[0], more);
         for (int col : {0, 1}) {
             const Vector2 seen = turned_by(at.ahead_rad, {col == 0 ? 1.0 : 0.0, col == 0 ? 0.0 : 1.0}),
                           o{more[0] * seen.d + more[1] * seen.q, more[2] * seen.d + more[3] * seen.q},
