@@ -89,7 +89,7 @@ def test_bands(weak: dqwatch.SimResult) -> None:
     found = {}
     for arithmetic in ("float", "q15"):
         stream = dqwatch.Monitor(MACHINE, **PLATE, arithmetic=arithmetic)  # type: ignore[arg-type]
-        stream.block(part(weak, 0, 20000))
+        stream.block(part(weak, 0, 13000))  # healthy values stand, and nothing is being named yet
         status = stream.status()
         assert status["in_service"] and status["stage"] == "in service"
         psi = status["parameters"]["psi_Wb"]
