@@ -555,7 +555,7 @@ void ElectricalModel::report_blocks(const std::vector<Point>& at, std::size_t ro
                                     const std::function<void(const std::vector<ReportBlock>&)>& visit) const
 {
     // Rows worked out before any is visited, and of them at a time: a thread's start is little beside the latter.
-    constexpr std::size_t kBatchRows = 65536, kPartRows = 4096;
+    constexpr std::size_t kBatchRows = 16384, kPartRows = 4096;
     const Reporter reporter(*this, at);
     std::vector<Reporter::Span> spans;
     std::vector<ReportBlock> out, blocks(at.size());
