@@ -7,10 +7,10 @@
 
 namespace dqw {
 
-/// (E168). The same point with its shift, or its lag, of the currents told between the pulses, of the modulation that
-/// predicts best, where the rows held out confirm it; as it is where it has none. What the pulses add shows only once
-/// what else the machine has is in the model.
-/// Cost  a fit for each modulation
+/// (E168). The same point with its shift, or its lag, of the currents told without pulses, or between those of a
+/// modulation, whichever predicts best and the rows held out confirm; as it is where it has none. What the pulses add
+/// shows only once what else the machine has is in the model.
+/// Cost  four fits for each modulation, and one
 Refined settle_instant(const TraceSetup& setup, const Model& model, Refined found);
 
 }  // namespace dqw
