@@ -555,18 +555,18 @@ bool runs_meanwhile(const Input& input)
 /// ahead. (E179)
 Moment in_rotors_frame(Moment m)
 {
-    const double by = m.ahead_rad;
+    const double c = std::cos(m.ahead_rad), s = std::sin(m.ahead_rad);
     m.ahead_rad = 0.0;
-    const auto turn = [by](double& d, double& q) {
-        const Vector2 x = turned_by(by, {d, q});
-        d = x.d, q = x.q;
+    const auto turn = [c, s](double& d, double& q) {
+        const double of_d = d;
+        d = c * of_d - s * q, q = s * of_d + c * q;
     };
     turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q);
     turn(m.v_next.d, m.v_next.q), turn(m.v_now.d, m.v_now.q);
     for (Vector2& v : m.change) turn(v.d, v.q);
     for (Vector2& v : m.turned) turn(v.d, v.q);
-    const Vector2 angle = turned_by(-by, {m.cos_e, m.sin_e});
-    m.cos_e = angle.d, m.sin_e = angle.q;
+    const double cos_e = m.cos_e;
+    m.cos_e = c * cos_e + s * m.sin_e, m.sin_e = c * m.sin_e - s * cos_e;
     return m;
 }
 
@@ -761,11 +761,13 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     }
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
-    // All but maps have few weights, and zeros for the others would cost more than they do.
-    constexpr int kFew = 8;
+    // Most have few weights, and zeros for the others would cost more than they do.
+    constexpr int kFew = 3, kMore = 8;
     const int count = weights_of(input.law);
     if (count <= kFew)
         add_up<kFew>(input, weights, count, at, f, g);
+    else if (count <= kMore)
+        add_up<kMore>(input, weights, count, at, f, g);
     else
         add_up<kMostWeights>(input, weights, count, at, f, g);
 }

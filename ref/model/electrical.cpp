@@ -296,6 +296,7 @@ struct ElectricalModel::Run {
     const std::size_t first_gain, first_input;
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
+    Vector2 last_taken;  ///< by the terms, of flux at the last period's end
     Matrix2 missed;  ///< of straight terms by the currents: slopes that evaluate_slope() leaves out, as last seen
     Units units;
     Gather gather;
@@ -323,6 +324,7 @@ struct ElectricalModel::Run {
     void end(std::size_t k, double dt, const Matrix2& P, Vector2 x, Moment& m1, Step& step)
     {
         Vector2 by, of_straight;
+        step.next = {(x.d - last_taken.d) / plant.Ld, (x.q - last_taken.q) / plant.Lq};
         for (int n = 0; n < kIterations; ++n) {
             plant.put_currents(m1, step.next);
             Taken bent, straight;
@@ -340,6 +342,7 @@ struct ElectricalModel::Run {
             // What is left after a step is to the step as that is to the one before, or less.
             if (size < ended || (n > 0 && size * size < ended * size_of(last))) break;
         }
+        last_taken = {x.d - plant.Ld * step.next.d, x.q - plant.Lq * step.next.q};
     }
 
     /// A step changed what straight terms take by so much more than their slopes told: Broyden's update.
@@ -363,7 +366,6 @@ struct ElectricalModel::Run {
             Taken bent, straight;
             plant.sum_terms(piece, k, m0, bent, straight);
             step.by_start = step.by_start + (-1.0) * (Q * (bent.slope(-dt) + straight.slope(-dt)));
-            step.next = i;
             end(k, dt, P, x - Q * (bent.flux(-dt) + straight.flux(-dt)), m1, step);
         }
         if (pass.candidates == nullptr) return;

@@ -266,30 +266,85 @@ double unlikely(const Point& at)
     return 0.5 * prior.stiffness.dot(prior.value.cwiseAbs2());
 }
 
-/// Brings a pass' step to where the linear step still says something. Predictions hold 1/L: from an L that is too small
-/// its linear step at most doubles L, from one twice too large it ends at zero. psi may start at zero and R at a wrong
-/// sign; they are linear. A gain goes to the next of kScreenGains, an angle to the next that is tried; a width's
-/// neighbour is two passes away. As (E48) has it.
-void limit_step(const Point& start, const Eigen::VectorXd& old, Eigen::VectorXd& next)
+/// Values that a pass' step does not leave.
+struct Limits {
+    Eigen::VectorXd low, high;
+};
+
+/// Where the linear step still says something. Predictions hold 1/L: from an L that is too small its linear step at
+/// most doubles L, from one twice too large it ends at zero. psi may start at zero and R at a wrong sign; they are
+/// linear. A gain goes to the next of kScreenGains, an angle to the next that is tried; a width's neighbour is two
+/// passes away. As (E48) has it.
+Limits limits_of(const Point& at)
 {
     constexpr double kLess = 0.6, kMore = 1.2, kGainTimes = 5.0, kWidthTimes = 2.0, kAngle_rad = 0.3;
     // It forgets over 10^4 rows, more than three windows of the search: below, there is no correction.
     constexpr double kGainLeast = 1e-4;
-    const Eigen::Index first_gain = start.base.size(), first_weight = first_gain + start.gain.size();
+    const Eigen::VectorXd old = at.values();
+    Limits to{Eigen::VectorXd::Constant(old.size(), -HUGE_VAL), Eigen::VectorXd::Constant(old.size(), HUGE_VAL)};
+    const Eigen::Index first_gain = at.base.size(), first_weight = first_gain + at.gain.size();
     for (Eigen::Index j = 1; j < std::min<Eigen::Index>(3, first_gain); ++j)
-        next[j] = std::clamp(next[j], old[j] - kLess * std::abs(old[j]), old[j] + kMore * std::abs(old[j]));
+        to.low[j] = old[j] - kLess * std::abs(old[j]), to.high[j] = old[j] + kMore * std::abs(old[j]);
     for (Eigen::Index j = first_gain; j < first_weight; ++j)
-        next[j] = std::clamp(next[j], std::max(kGainLeast, 1.0 / kGainTimes * old[j]),
-                             std::min(1.0, kGainTimes * old[j]));
+        to.low[j] = std::max(kGainLeast, old[j] / kGainTimes), to.high[j] = std::min(1.0, old[j] * kGainTimes);
     Eigen::Index j = first_weight;
-    for (const Term& t : start.terms) {
+    for (const Term& t : at.terms) {
         j += weights_of(t.input.law);
         for (int s = 0; s < free_shapes_of(t.input); ++s, ++j)
-            if (!is_angle(t.input, free_shape_of(t.input, s)))
-                next[j] = std::clamp(next[j], old[j] / kWidthTimes, kWidthTimes * old[j]);
+            if (is_angle(t.input, free_shape_of(t.input, s)))
+                to.low[j] = old[j] - kAngle_rad, to.high[j] = old[j] + kAngle_rad;
             else
-                next[j] = std::clamp(next[j], old[j] - kAngle_rad, old[j] + kAngle_rad);
+                to.low[j] = old[j] / kWidthTimes, to.high[j] = old[j] * kWidthTimes;
     }
+    return to;
+}
+
+/// Sums of e and its derivatives, after a step in which e is linear.
+void step(Eigen::MatrixXd& gram, const Eigen::VectorXd& row)
+{
+    const Eigen::VectorXd by = gram * row;
+    const Eigen::Index e = row.size() - 1;
+    gram.col(e) = by, gram.row(e) = by.transpose(), gram(e, e) = row.dot(by);
+}
+
+/// Where the linear step ends. What comes to a limit stays there, and the others are stepped again beside it: a step
+/// that is cut off does not lead to more.
+Eigen::VectorXd step_within(const Model& model, const Refined& from, double damping)
+{
+    const Seen seen = seen_of(model, from.sums);
+    const Limits limits = limits_of(from.point);
+    const Prior prior = prior_of(from.point, {});
+    const Eigen::VectorXd old = from.point.values();
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(old.size());
+    std::vector<Eigen::Index> use;
+    for (Eigen::Index j = 0; j < old.size(); ++j) use.push_back(j);
+    while (!use.empty()) {
+        Seen there = seen;
+        for (Eigen::MatrixXd& gram : there.total) step(gram, with_error(moved));
+        const Eigen::VectorXd delta = linear_step(model, there, use, damping, prior);
+        std::vector<Eigen::Index> inside;
+        for (const Eigen::Index j : use) {
+            const double to = old[j] + delta[j];
+            if (to < limits.low[j] || to > limits.high[j])
+                moved[j] = std::clamp(to, limits.low[j], limits.high[j]) - old[j];
+            else
+                inside.push_back(j);
+        }
+        if (inside.size() == use.size()) return old + moved + delta;
+        use = std::move(inside);
+    }
+    return old + moved;
+}
+
+/// A point and its sums after a step that is so short that they are linear in it.
+Refined stepped(const Model& model, Refined at, const Eigen::VectorXd& values)
+{
+    const Eigen::VectorXd row = with_error(values - at.point.values());
+    for (BlockSum& s : at.sums)
+        for (Eigen::MatrixXd& gram : s.gram) step(gram, row);
+    at.point.set(values);
+    at.left = left_of(model, at.sums);
+    return at;
 }
 
 /// A point as it is, without derivatives.
@@ -316,30 +371,31 @@ Refined swept(const Model& model, const Point& at)
 Refined refine(const Model& model, Refined best, int passes, double worth)
 {
     if (!best.ok) return best;
-    const Point start = best.point;
-    std::vector<Eigen::Index> use;
-    for (Eigen::Index j = 0; j < start.columns(); ++j) use.push_back(j);
     // Of the ten nats that confirm an effect.
     constexpr double kSettled = 0.2;
     // Of a unit column: nothing beside any eigenvalue that counts; what first bends a step; where hardly any is left.
     constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
     // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
-    constexpr double kGrows = 30.0, kFalls = 0.1;
+    constexpr double kGrows = 30.0, kFalls = 0.1, kHardlyLess = 0.97;
     // The last steps that tell what the next may gain.
     constexpr std::size_t kTelling = 3;
-    double damping = kDampingLeast;
+    double damping = kDampingLeast, promised = 0.0;
     std::vector<double> gains;
     const auto gain_of = [&](const Refined& to) {
         return to.ok ? to.left.seen - best.left.seen + unlikely(best.point) - unlikely(to.point) : 0.0;
     };
     bool failed = false;
     for (int pass = 1; pass < passes; ++pass) {
-        const Eigen::VectorXd old = best.point.values();
-        Eigen::VectorXd next = old +
-                               linear_step(model, seen_of(model, best.sums), use, damping, prior_of(best.point, {}));
-        limit_step(start, old, next);
-        Point there = best.point;
-        there.set(next);
+        Refined end = stepped(model, best, step_within(model, best, damping));
+        // A step that is hardly another fails as well.
+        for (; failed && damping < kDampingMost && gain_of(end) > kHardlyLess * promised; damping *= kGrows)
+            end = stepped(model, best, step_within(model, best, kGrows * damping));
+        promised = gain_of(end);
+        if (std::abs(promised) < kSettled) {
+            if (promised > 0.0) best = std::move(end);
+            break;
+        }
+        const Point& there = end.point;
         // After a step that failed the next often does too, which errors alone tell; within rounding they may not.
         Refined trial = failed ? errors_at(model, there) : swept(model, there);
         if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept(model, there);
@@ -397,9 +453,9 @@ Refined take_off_noise(const Model& model, const Refined& refined, const AddedSc
         double most = kLeast;
         for (Eigen::Index j = 0; j < next.point.base.size(); ++j)
             most = std::max(most, std::abs(step[j]) / (std::abs(old[j]) + kLeast));
-        Eigen::VectorXd values = old + std::min(1.0, kMost / most) * step;
-        limit_step(next.point, old, values);
-        next.point.set(values);
+        const Eigen::VectorXd values = old + std::min(1.0, kMost / most) * step;
+        const Limits limits = limits_of(next.point);
+        next.point.set(values.cwiseMax(limits.low).cwiseMin(limits.high));
         if (!model.pass(next.point, {}, next.sums)) return best;
         next.left = left_of(model, next.sums);
         // What it takes for noise is the model's error.
