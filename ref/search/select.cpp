@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "ref/fit/explain.hpp"
 
@@ -66,6 +67,13 @@ bool has_any_sensor(const Point& at, const Candidate& c)
                    filters_currents(i) == filters_currents(t.input);
         });
     });
+}
+
+/// Whether that makes a difference to what may be tried there.
+bool apart_by_sensor(const Point& at, const std::vector<Candidate>& candidates)
+{
+    return std::any_of(candidates.begin(), candidates.end(),
+                       [&](const Candidate& c) { return has_any(at, c) != has_any_sensor(at, c); });
 }
 
 /// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
@@ -360,15 +368,21 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
                  apart = kSeparateT + (options.one_speed ? 0.5 : 0.0);
     const double own = law_noise(options, s.best);
     for (Found& found : s.found) {
-        const Refined base = refine(model, without(s.best.point, found.name), kPasses);
+        const bool known = &found == &s.found.back() && !s.beside_last.empty();
+        const Refined base = known ? std::move(s.before_last) : refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
         found.over = better(model, base.left, s.best.left);
         found.moved = Eigen::VectorXd::Zero(s.best.point.base.size());
+        const auto is_other = [&found](const Candidate& c) {
+            return c.names().size() == 1 && c.names().front() != found.name && !c.is_fault();
+        };
         std::vector<Candidate> others;
-        for (const Candidate& c : candidates)
-            if (c.names().size() == 1 && c.names().front() != found.name && !c.is_fault()) others.push_back(c);
-        for (const Tried& t : round(model, base, others, options, nullptr, s.best.left.seen, has_any_sensor)) {
-            if (!t.refined.ok) continue;
+        std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(others), is_other);
+        const std::vector<Tried> tried =
+            known ? std::move(s.beside_last)
+                  : round(model, base, others, options, nullptr, s.best.left.seen, has_any_sensor);
+        for (const Tried& t : tried) {
+            if (!t.refined.ok || !is_other(t.candidate)) continue;
             const auto& listed = found.confusable_with;
             const bool is_listed = std::find(listed.begin(), listed.end(), t.name) != listed.end();
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
@@ -528,9 +542,13 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         std::vector<double> left = options.reported_rms(s.best.point);
         if (!below(left, options.own) && take_pulses(model, options, s.best)) {
             if (n == 0) s.plain = s.best;
+            s.beside_last.clear();
             left = options.reported_rms(s.best.point);
         }
-        while (exchange(model, candidates, options, s)) left = options.reported_rms(s.best.point);
+        while (exchange(model, candidates, options, s)) {
+            s.beside_last.clear();
+            left = options.reported_rms(s.best.point);
+        }
         const bool exact = below(left, options.exact);
         const std::vector<Candidate> rest = exact ? unlike_pulses(candidates) : std::vector<Candidate>();
         if (below(left, options.own) || (exact && rest.empty())) break;
@@ -552,11 +570,12 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         }
         if (!taken) {
             if (exact) break;
-            if (!mapped && take_map(model, options, n, s)) {
+            if (mapped || !take_map(model, options, n, s)) {
+                if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
+            } else {
                 mapped = true;
-                continue;
             }
-            if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
+            s.beside_last.clear();
             continue;
         }
         if (taken->candidate.is_fault()) {
@@ -567,11 +586,14 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         }
         // What stands behind another may not have been fitted to its end.
         Refined fitted = taken == &tried.front() ? taken->refined : refine(model, taken->refined, kPasses);
-        s.best = options.settle ? options.settle(std::move(fitted)) : std::move(fitted);
+        s.before_last = std::exchange(s.best, options.settle ? options.settle(std::move(fitted)) : std::move(fitted));
         for (const std::string& name : taken->candidate.names())
             s.found.push_back({name, {}, n, {}, {}}), s.after.push_back(s.best.point);
+        s.beside_last = std::move(tried);
     }
+    const std::size_t found = s.found.size();
     drop_superfluous(model, options, s);
+    if (s.found.size() != found || apart_by_sensor(s.before_last.point, candidates)) s.beside_last.clear();
     return s;
 }
 

@@ -101,6 +101,9 @@ struct Selection {
     /// of those that were fitted, by how much on the rows held out
     std::vector<std::pair<std::string, Better>> fitted;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
+    /// The point to which the last effect came, and what was tried there with it; empty where that is not the last word.
+    Refined before_last;
+    std::vector<Tried> beside_last;
 };
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within

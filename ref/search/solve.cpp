@@ -377,10 +377,11 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
     constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
     // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
     constexpr double kGrows = 30.0, kFalls = 0.1, kHardlyLess = 0.97;
-    // The last steps that tell what the next may gain.
+    // The last steps that tell what the next may gain, and how many of those count.
     constexpr std::size_t kTelling = 3;
+    constexpr int kMostLeft = 12;
     double damping = kDampingLeast, promised = 0.0;
-    std::vector<double> gains;
+    std::vector<double> gains;  ///< or what was promised, where that was more
     const auto gain_of = [&](const Refined& to) {
         return to.ok ? to.left.seen - best.left.seen + unlikely(best.point) - unlikely(to.point) : 0.0;
     };
@@ -401,7 +402,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
         if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept(model, there);
         const double gained = gain_of(trial);
         failed = !(trial.ok && gained > 0.0);
-        gains.push_back(std::max(gained, 0.0));
+        gains.push_back(std::max(gained, promised));
         if (!failed) {
             best = std::move(trial);
             damping = std::max(damping * kFalls, kDampingLeast);
@@ -411,9 +412,9 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
             damping = std::max(damping * kGrows, kDampingFirst);
             if (damping > kDampingMost) break;
         }
-        // A step that is bent is shorter than the next may be.
-        const bool whole = gains.size() >= kTelling && gains.back() > 0.0 && damping <= kDampingFirst;
-        if (whole && best.left.seen + (passes - pass) * *std::max_element(gains.end() - kTelling, gains.end()) < worth)
+        const int left = std::min(passes - pass, kMostLeft);
+        if (gains.size() >= kTelling &&
+            best.left.seen + left * *std::max_element(gains.end() - kTelling, gains.end()) < worth)
             break;
     }
     return best;
