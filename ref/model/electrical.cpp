@@ -296,7 +296,7 @@ struct ElectricalModel::Run {
     const std::size_t first_gain, first_input;
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
-    Vector2 last_taken;  ///< by the terms, of flux at the last period's end
+    Vector2 last_taken;      ///< by the terms, of flux at the last period's end
     Matrix2 missed;  ///< of straight terms by the currents: slopes that evaluate_slope() leaves out, as last seen
     Units units;
     Gather gather;

@@ -137,6 +137,10 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
     for (double gain : gains) {
         Point there = at;
         if (gain > 0.0) there.gain.setConstant(gain);
+        // Within a factor of two of what is screened already.
+        if (gain > 0.0 &&
+            ((there.gain - at.gain).cwiseAbs().array() < 0.5 * there.gain.cwiseMax(at.gain).array()).all())
+            continue;
         std::vector<BlockSum> sums;
         if (options.tick) options.tick();
         if (!model.pass(there, inputs, sums)) continue;
@@ -369,7 +373,8 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
     const double own = law_noise(options, s.best);
     for (Found& found : s.found) {
         const bool known = &found == &s.found.back() && !s.beside_last.empty();
-        const Refined base = known ? std::move(s.before_last) : refine(model, without(s.best.point, found.name), kPasses);
+        const Refined base = known ? std::move(s.before_last)
+                                   : refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
         found.over = better(model, base.left, s.best.left);
         found.moved = Eigen::VectorXd::Zero(s.best.point.base.size());
@@ -378,9 +383,9 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         };
         std::vector<Candidate> others;
         std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(others), is_other);
-        const std::vector<Tried> tried =
-            known ? std::move(s.beside_last)
-                  : round(model, base, others, options, nullptr, s.best.left.seen, has_any_sensor);
+        const std::vector<Tried> tried = known ? std::move(s.beside_last)
+                                               : round(model, base, others, options, nullptr, s.best.left.seen,
+                                                       has_any_sensor);
         for (const Tried& t : tried) {
             if (!t.refined.ok || !is_other(t.candidate)) continue;
             const auto& listed = found.confusable_with;
@@ -589,7 +594,9 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         s.before_last = std::exchange(s.best, options.settle ? options.settle(std::move(fitted)) : std::move(fitted));
         for (const std::string& name : taken->candidate.names())
             s.found.push_back({name, {}, n, {}, {}}), s.after.push_back(s.best.point);
-        s.beside_last = std::move(tried);
+        // Without either of two, the other stands.
+        s.beside_last.clear();
+        if (taken->candidate.names().size() == 1) s.beside_last = std::move(tried);
     }
     const std::size_t found = s.found.size();
     drop_superfluous(model, options, s);
