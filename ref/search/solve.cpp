@@ -379,7 +379,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
     constexpr double kGrows = 30.0, kFalls = 0.1, kHardlyLess = 0.97;
     // The last steps that tell what the next may gain, and how many of those count.
     constexpr std::size_t kTelling = 3;
-    constexpr int kMostLeft = 12;
+    constexpr int kMostSteps = 12;
     double damping = kDampingLeast, promised = 0.0;
     std::vector<double> gains;  ///< or what was promised, where that was more
     const auto gain_of = [&](const Refined& to) {
@@ -412,7 +412,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
             damping = std::max(damping * kGrows, kDampingFirst);
             if (damping > kDampingMost) break;
         }
-        const int left = std::min(passes - pass, kMostLeft);
+        const int left = std::min(passes - pass, kMostSteps);
         if (gains.size() >= kTelling &&
             best.left.seen + left * *std::max_element(gains.end() - kTelling, gains.end()) < worth)
             break;

@@ -1,4 +1,4 @@
-// The damped fit on an error whose whole step leads away, with a count of its sweeps.
+// The damped fit on an error whose whole step leads away, and at a limit, with a count of its sweeps.
 #include <cmath>
 
 #include "ref/search/solve.hpp"
@@ -44,6 +44,63 @@ private:
     dqw::Plan plan_;
 };
 
+/// e = y - x p, p = (R, L_d, L_q), of which a step moves L_d by 1.2 of itself at most; the columns of R and L_d are not
+/// at right angles.
+class Straight : public dqw::Model {
+public:
+    Straight()
+    {
+        for (std::size_t b = 0; b < 4; ++b) plan_.blocks.push_back({nullptr, 50 * b, 50 * b + 50, b % 2 == 1});
+    }
+    const std::vector<std::string>& base_names() const override { return names_; }
+    int channels() const override { return 1; }
+    int gains() const override { return 0; }
+    bool common_weight() const override { return false; }
+    const dqw::Plan& plan() const override { return plan_; }
+    const std::vector<double>& measured(const dqw::Log&, int) const override { return none_; }
+    std::vector<dqw::ReportBlock> report(const dqw::Point&, std::size_t) const override { return {}; }
+    static Eigen::Vector3d x(int row) { return {1.0, 0.1 * (row % 10), row % 3 == 0 ? 1.0 : -0.5}; }
+    static double y(int row) { return x(row).dot(Eigen::Vector3d(2.0, 5.0, 1.0)) + (row % 2 == 0 ? 0.1 : -0.1); }
+    bool sweep(const dqw::Point& at, const std::vector<dqw::Input>*, std::vector<dqw::BlockSum>& sums) const override
+    {
+        ++sweeps;
+        sums = dqw::empty_sums(plan_.blocks.size(), 1, 3);
+        for (dqw::BlockSum& s : sums)
+            for (int row = 0; row < 50; ++row) {
+                Eigen::Vector4d line;
+                line << -x(row), y(row) - x(row).dot(at.base);
+                s.gram[0] += line * line.transpose(), ++s.rows;
+            }
+        return true;
+    }
+    mutable int sweeps = 0;
+
+private:
+    std::vector<std::string> names_{"R_ohm", "Ld_H", "Lq_H"};
+    std::vector<double> none_;
+    dqw::Plan plan_;
+};
+
+dqw::Point straight(double R, double Ld, double Lq)
+{
+    dqw::Point at;
+    at.base = Eigen::Vector3d(R, Ld, Lq), at.gain.resize(0);
+    return at;
+}
+
+/// Least squares of R and L_q where L_d is given, by the normal equations.
+Eigen::Vector2d beside(double Ld)
+{
+    Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d b = Eigen::Vector2d::Zero();
+    for (int row = 0; row < 50; ++row) {
+        const Eigen::Vector3d x = Straight::x(row);
+        const Eigen::Vector2d of(x[0], x[2]);
+        a += of * of.transpose(), b += of * (Straight::y(row) - x[1] * Ld);
+    }
+    return a.ldlt().solve(b);
+}
+
 dqw::Point point(double p)
 {
     dqw::Point at;
@@ -78,6 +135,35 @@ void what_cannot_be_worth_it_ends_early()
     TEST_ASSERT_TRUE(less.left.seen >= dqw::swept(model, point(1.38)).left.seen);
 }
 
+void beside_a_limit_the_others_are_where_it_leaves_least()
+{
+    const Straight model;
+    const dqw::Refined r = dqw::refine(model, straight(0.0, 1.0, 1.0), 2);
+    TEST_ASSERT_EQUAL_INT(2, model.sweeps);
+    const Eigen::Vector2d others = beside(2.2);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.2, r.point.base[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, others[0], r.point.base[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, others[1], r.point.base[2]);
+}
+
+void a_step_that_promises_little_takes_no_sweep()
+{
+    const Straight model;
+    const dqw::Refined far = dqw::refine(model, straight(0.0, 1.0, 1.0), 12);
+    // Of noise of 0.1 some hundredths of a nat.
+    dqw::Point near = far.point;
+    near.base[0] += 0.003;
+    model.sweeps = 0;
+    const dqw::Refined r = dqw::refine(model, near, 12);
+    TEST_ASSERT_EQUAL_INT(1, model.sweeps);
+    TEST_ASSERT_TRUE((r.point.base - far.point.base).cwiseAbs().maxCoeff() < 1e-9);
+    const dqw::Refined swept = dqw::swept(model, r.point);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, swept.left.seen, r.left.seen);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, swept.left.heldout, r.left.heldout);
+    for (std::size_t b = 0; b < r.sums.size(); ++b)
+        TEST_ASSERT_TRUE((r.sums[b].gram[0] - swept.sums[b].gram[0]).cwiseAbs().maxCoeff() < 1e-9);
+}
+
 }  // namespace
 
 int main()
@@ -85,5 +171,7 @@ int main()
     UNITY_BEGIN();
     RUN_TEST(a_whole_step_that_leads_away_is_bent);
     RUN_TEST(what_cannot_be_worth_it_ends_early);
+    RUN_TEST(beside_a_limit_the_others_are_where_it_leaves_least);
+    RUN_TEST(a_step_that_promises_little_takes_no_sweep);
     return UNITY_END();
 }
