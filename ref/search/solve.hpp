@@ -68,9 +68,10 @@ struct Refined {
 /// A point as it is; not ok outside the model's domain.
 Refined swept(const Model& model, const Point& at);
 
-/// Gauss-Newton from `start`, damped, at most `passes` passes, of which a start that was swept has had one. Gains stay
-/// within [1e-4, 1]. It ends early where as large a gain as that of the last steps in each pass left would not bring
-/// the log-likelihood of the rows seen to `worth`.
+/// Gauss-Newton from `start`, damped and within what a linear step tells, at most `passes` passes, of which a start that
+/// was swept has had one; a last step that gains next to nothing is linear, and takes none. Gains stay within
+/// [1e-4, 1]. It ends early where as much as the last steps gained, or promised, in each of twelve passes more would not
+/// bring the log-likelihood of the rows seen to `worth`.
 Refined refine(const Model& model, Refined start, int passes, double worth = -HUGE_VAL);
 inline Refined refine(const Model& model, const Point& start, int passes, double worth = -HUGE_VAL)
 {
