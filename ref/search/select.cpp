@@ -69,6 +69,14 @@ bool has_any_sensor(const Point& at, const Candidate& c)
     });
 }
 
+/// Whether the terms of a point stand in another as well, by the same laws.
+bool are_alike(const Point& few, const Point& more)
+{
+    return std::equal(few.terms.begin(), few.terms.end(), more.terms.begin(), [](const Term& a, const Term& b) {
+        return a.input.law == b.input.law && a.input.loss == b.input.loss && a.input.modulation == b.input.modulation;
+    });
+}
+
 /// Whether that makes a difference to what may be tried there.
 bool apart_by_sensor(const Point& at, const std::vector<Candidate>& candidates)
 {
@@ -163,20 +171,25 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
     return out;
 }
 
-/// `worth`: log-likelihood of the rows seen that it must come near to be of use.
-Tried attempt(const Model& model, const Refined& base, const Screened& s, double worth)
+/// Whether the linear step leaves too little hope of `worth`: it tells little of a filter and of pulses; of others no fit
+/// came to six times what it did.
+bool is_idle(const Refined& base, const Screened& s, double worth)
+{
+    const Shape shape = effect_of(s.candidate->inputs.front().law).shape;
+    return shape != Shape::channel && shape != Shape::pulses &&
+           base.left.seen + kPasses * (s.seen - base.left.seen) < worth;
+}
+
+/// `worth`: log-likelihood of the rows seen that it must come near to be of use. `idle`: it is swept, not fitted.
+Tried attempt(const Model& model, const Refined& base, const Screened& s, double worth, bool idle)
 {
     Tried t;
     t.candidate = *s.candidate;
     for (const std::string& name : t.candidate.names()) t.name += (t.name.empty() ? "" : " and ") + name;
     Point start = joined(base.point, t.candidate, &s.weights);
     if (s.gain > 0.0) start.gain.setConstant(s.gain);
-    Refined first = swept(model, start);
-    // A linear step from nothing tells little of a filter and of pulses. Of others no fit came to six times what it did.
-    const Shape shape = effect_of(s.candidate->inputs.front().law).shape;
-    const bool idle = shape != Shape::channel && shape != Shape::pulses &&
-                      base.left.seen + kPasses * (s.seen - base.left.seen) < worth;
     int passes = idle ? 1 : kPasses;
+    Refined first = swept(model, start);
     if (!first.ok || first.left.seen < base.left.seen) {
         // Where the linear step leads astray, the effect grows from nothing, in more passes.
         first = swept(model, joined(base.point, t.candidate, nullptr));
@@ -285,7 +298,8 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         refined.insert(key);
         // Settled points' fits cost little, and few rows tell late.
         const double worth = model.gains() > 0 ? base.left.seen + kHalf * (best_seen - base.left.seen) : -HUGE_VAL;
-        tried.push_back(attempt(model, base, s, worth));
+        // What is told of each alone is that of a fit.
+        tried.push_back(attempt(model, base, s, worth, alone == nullptr && is_idle(base, s, worth)));
         if (tried.back().refined.ok) best_seen = std::max(best_seen, tried.back().refined.left.seen);
         if (options.tick) options.tick();
     }
@@ -394,6 +408,8 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             Better over = better(model, t.refined.left, s.best.left);
             const bool as_little = options.reported_rms_to(t.refined.point, close) <= close;
             if (as_little) over = beside_law_noise(over, own - law_noise(options, t.refined));
+            // What the rows seen want as much, those held out do not tell apart.
+            if (as_little && t.refined.left.seen >= s.best.left.seen) over = Better();
             if (!is_listed) found.rivals.push_back({t.name, over});
             if (!as_little || (over.t > apart && over.nats_each > kSeparateNats)) continue;
             found.moved = found.moved.cwiseMax((t.refined.point.base - s.best.point.base).cwiseAbs());
@@ -510,6 +526,20 @@ std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
     return out;
 }
 
+/// Currents told between pulses are told between these; false where they are of other legs. What a lag or a shift takes
+/// goes with it times the link: without the pulses' own bend both are far off, and their product is not.
+bool by_same_legs(Point& at, const Input& pulses)
+{
+    for (Term& t : at.terms) {
+        if (effect_of(t.input.law).shape != Shape::pulses) continue;
+        if (t.input.modulation != pulses.modulation) return false;
+        if (!(t.input.shape[0] > 0.0) || !(pulses.shape[0] > 0.0)) continue;
+        t.weights[0] *= t.input.shape[0] / pulses.shape[0];
+        t.input.shape[0] = pulses.shape[0];
+    }
+    return true;
+}
+
 /// The legs' pulses within a period, where the rows held out confirm them as they would an effect; nothing of them is
 /// fitted.
 bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
@@ -519,6 +549,7 @@ bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
     Refined best;
     for (const Input& input : options.pulses(at.point)) {
         Point there = at.point;
+        if (!by_same_legs(there, input)) continue;
         there.terms.push_back({input, {}});
         Refined r = refine(model, there, kFew);
         if (options.tick) options.tick();
@@ -596,7 +627,8 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             s.found.push_back({name, {}, n, {}, {}}), s.after.push_back(s.best.point);
         // Without either of two, the other stands.
         s.beside_last.clear();
-        if (taken->candidate.names().size() == 1) s.beside_last = std::move(tried);
+        if (!exact && taken->candidate.names().size() == 1 && are_alike(s.before_last.point, s.best.point))
+            s.beside_last = std::move(tried);
     }
     const std::size_t found = s.found.size();
     drop_superfluous(model, options, s);

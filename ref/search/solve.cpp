@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "ref/log/symmetric.hpp"
 
@@ -307,33 +308,41 @@ void step(Eigen::MatrixXd& gram, const Eigen::VectorXd& row)
     gram.col(e) = by, gram.row(e) = by.transpose(), gram(e, e) = row.dot(by);
 }
 
-/// Where the linear step ends. What comes to a limit stays there, and the others are stepped again beside it: a step
-/// that is cut off does not lead to more.
+/// Where the linear step ends. It goes on to the first limit, which stays, and from there with the others: each part of
+/// it ascends, which a step that is cut off need not.
 Eigen::VectorXd step_within(const Model& model, const Refined& from, double damping)
 {
     const Seen seen = seen_of(model, from.sums);
     const Limits limits = limits_of(from.point);
     const Prior prior = prior_of(from.point, {});
     const Eigen::VectorXd old = from.point.values();
-    Eigen::VectorXd moved = Eigen::VectorXd::Zero(old.size());
+    Eigen::VectorXd to = old.cwiseMax(limits.low).cwiseMin(limits.high);
     std::vector<Eigen::Index> use;
     for (Eigen::Index j = 0; j < old.size(); ++j) use.push_back(j);
     while (!use.empty()) {
         Seen there = seen;
-        for (Eigen::MatrixXd& gram : there.total) step(gram, with_error(moved));
+        for (Eigen::MatrixXd& gram : there.total) step(gram, with_error(to - old));
         const Eigen::VectorXd delta = linear_step(model, there, use, damping, prior);
-        std::vector<Eigen::Index> inside;
-        for (const Eigen::Index j : use) {
-            const double to = old[j] + delta[j];
-            if (to < limits.low[j] || to > limits.high[j])
-                moved[j] = std::clamp(to, limits.low[j], limits.high[j]) - old[j];
-            else
-                inside.push_back(j);
+        double part = 1.0;
+        auto first = use.end();
+        for (auto at = use.begin(); at != use.end(); ++at) {
+            const Eigen::Index j = *at;
+            const double room = (delta[j] > 0.0 ? limits.high[j] : limits.low[j]) - to[j];
+            if (std::abs(delta[j]) * part > std::abs(room)) part = room / delta[j], first = at;
         }
-        if (inside.size() == use.size()) return old + moved + delta;
-        use = std::move(inside);
+        to += part * delta;
+        if (first == use.end()) break;
+        to[*first] = delta[*first] > 0.0 ? limits.high[*first] : limits.low[*first];
+        use.erase(first);
     }
-    return old + moved;
+    return to;
+}
+
+/// Whether a step bends nothing: of each column it is a small part of what is there.
+bool is_short(const Eigen::VectorXd& from, const Eigen::VectorXd& to)
+{
+    constexpr double kPart = 0.1;
+    return ((to - from).cwiseAbs().array() <= kPart * from.cwiseAbs().array()).all();
 }
 
 /// A point and its sums after a step that is so short that they are linear in it.
@@ -376,7 +385,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
     // Of a unit column: nothing beside any eigenvalue that counts; what first bends a step; where hardly any is left.
     constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
     // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
-    constexpr double kGrows = 30.0, kFalls = 0.1, kHardlyLess = 0.97;
+    constexpr double kGrows = 10.0, kFalls = 0.1, kHardlyLess = 0.97;
     // The last steps that tell what the next may gain, and how many of those count.
     constexpr std::size_t kTelling = 3;
     constexpr int kMostSteps = 12;
@@ -392,20 +401,24 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
         for (; failed && damping < kDampingMost && gain_of(end) > kHardlyLess * promised; damping *= kGrows)
             end = stepped(model, best, step_within(model, best, kGrows * damping));
         promised = gain_of(end);
-        if (std::abs(promised) < kSettled) {
-            if (promised > 0.0) best = std::move(end);
+        if (promised < kSettled && (failed || is_short(best.point.values(), end.point.values()))) {
+            if (!failed && promised > 0.0) best = std::move(end);
             break;
         }
+        // Of a step that is bent, what a whole one would gain.
+        const double whole = damping > kDampingFirst
+                                 ? gain_of(stepped(model, best, step_within(model, best, kDampingLeast)))
+                                 : promised;
         const Point& there = end.point;
         // After a step that failed the next often does too, which errors alone tell; within rounding they may not.
         Refined trial = failed ? errors_at(model, there) : swept(model, there);
         if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept(model, there);
         const double gained = gain_of(trial);
-        failed = !(trial.ok && gained > 0.0);
-        gains.push_back(std::max(gained, promised));
+        const bool had_failed = std::exchange(failed, !(trial.ok && gained > 0.0));
+        gains.push_back(std::max(gained, whole));
         if (!failed) {
             best = std::move(trial);
-            damping = std::max(damping * kFalls, kDampingLeast);
+            if (!had_failed) damping = std::max(damping * kFalls, kDampingLeast);
             if (gained < kSettled) break;
         } else {
             if (trial.ok && -gained < kSettled) break;

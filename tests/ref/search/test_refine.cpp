@@ -44,11 +44,11 @@ private:
     dqw::Plan plan_;
 };
 
-/// e = y - x p, p = (R, L_d, L_q), of which a step moves L_d by 1.2 of itself at most; the columns of R and L_d are not
-/// at right angles.
+/// e = y - x p, p = (R, L_d, L_q), of which a step moves L_d and L_q by 1.2 of themselves at most; no two columns are at
+/// right angles.
 class Straight : public dqw::Model {
 public:
-    Straight()
+    explicit Straight(double apart = 1.0) : apart_(apart)
     {
         for (std::size_t b = 0; b < 4; ++b) plan_.blocks.push_back({nullptr, 50 * b, 50 * b + 50, b % 2 == 1});
     }
@@ -59,8 +59,12 @@ public:
     const dqw::Plan& plan() const override { return plan_; }
     const std::vector<double>& measured(const dqw::Log&, int) const override { return none_; }
     std::vector<dqw::ReportBlock> report(const dqw::Point&, std::size_t) const override { return {}; }
-    static Eigen::Vector3d x(int row) { return {1.0, 0.1 * (row % 10), row % 3 == 0 ? 1.0 : -0.5}; }
-    static double y(int row) { return x(row).dot(Eigen::Vector3d(2.0, 5.0, 1.0)) + (row % 2 == 0 ? 0.1 : -0.1); }
+    Eigen::Vector3d x(int row) const
+    {
+        const double d = 0.1 * (row % 10);
+        return {1.0, d, d + apart_ * (row % 3 == 0 ? 1.0 : -0.5)};
+    }
+    double y(int row) const { return x(row).dot(Eigen::Vector3d(2.0, 5.0, 1.0)) + (row % 2 == 0 ? 0.1 : -0.1); }
     bool sweep(const dqw::Point& at, const std::vector<dqw::Input>*, std::vector<dqw::BlockSum>& sums) const override
     {
         ++sweeps;
@@ -76,6 +80,7 @@ public:
     mutable int sweeps = 0;
 
 private:
+    double apart_;
     std::vector<std::string> names_{"R_ohm", "Ld_H", "Lq_H"};
     std::vector<double> none_;
     dqw::Plan plan_;
@@ -89,14 +94,14 @@ dqw::Point straight(double R, double Ld, double Lq)
 }
 
 /// Least squares of R and L_q where L_d is given, by the normal equations.
-Eigen::Vector2d beside(double Ld)
+Eigen::Vector2d beside(const Straight& model, double Ld)
 {
     Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
     Eigen::Vector2d b = Eigen::Vector2d::Zero();
     for (int row = 0; row < 50; ++row) {
-        const Eigen::Vector3d x = Straight::x(row);
+        const Eigen::Vector3d x = model.x(row);
         const Eigen::Vector2d of(x[0], x[2]);
-        a += of * of.transpose(), b += of * (Straight::y(row) - x[1] * Ld);
+        a += of * of.transpose(), b += of * (model.y(row) - x[1] * Ld);
     }
     return a.ldlt().solve(b);
 }
@@ -140,10 +145,24 @@ void beside_a_limit_the_others_are_where_it_leaves_least()
     const Straight model;
     const dqw::Refined r = dqw::refine(model, straight(0.0, 1.0, 1.0), 2);
     TEST_ASSERT_EQUAL_INT(2, model.sweeps);
-    const Eigen::Vector2d others = beside(2.2);
+    const Eigen::Vector2d others = beside(model, 2.2);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.2, r.point.base[1]);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, others[0], r.point.base[0]);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, others[1], r.point.base[2]);
+}
+
+/// Columns of L_d and L_q that are nearly one: from far both come to their limits at once, and each step still ascends.
+void two_that_are_limited_at_once_arrive()
+{
+    for (const double apart : {0.5, 0.05}) {
+        const Straight model(apart);
+        const double best = dqw::refine(model, straight(2.0, 5.0, 1.0), 40).left.seen;
+        for (const double Ld : {0.2, 1.0, 10.0})
+            for (const double Lq : {0.2, 5.0, 10.0}) {
+                const dqw::Refined r = dqw::refine(model, straight(0.0, Ld, Lq), 40);
+                TEST_ASSERT_DOUBLE_WITHIN(0.2, best, r.left.seen);
+            }
+    }
 }
 
 void a_step_that_promises_little_takes_no_sweep()
@@ -172,6 +191,7 @@ int main()
     RUN_TEST(a_whole_step_that_leads_away_is_bent);
     RUN_TEST(what_cannot_be_worth_it_ends_early);
     RUN_TEST(beside_a_limit_the_others_are_where_it_leaves_least);
+    RUN_TEST(two_that_are_limited_at_once_arrive);
     RUN_TEST(a_step_that_promises_little_takes_no_sweep);
     return UNITY_END();
 }
