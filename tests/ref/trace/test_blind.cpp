@@ -236,19 +236,6 @@ static void fixed_logs_are_traced(void)
     TEST_ASSERT_EQUAL_INT(0, wrong);
 }
 
-// The currents are told two thirds of a period late. Where that is not among what is tried, the rows held out confirm a
-// delay, which may be nothing by its deviation: a name whose value may be nothing is none.
-static void a_name_without_a_value_is_taken_back(void)
-{
-    const blind::Case c = blind::draw(53106);
-    dqw::TraceOptions options;
-    options.effects = {"delay"};
-    const dqw::TraceResult result = dqw::trace({c.log}, options);
-    TEST_ASSERT_EQUAL_STRING("sample_shift", c.drawn[0].name.c_str());
-    TEST_ASSERT_EQUAL_size_t(0, result.effects.size());
-    TEST_ASSERT_EQUAL_STRING("fitted, its parameters are not told from nothing", result.rejected[0].why.c_str());
-}
-
 // A wide law of a loss may be a resistance, as far as what is left hides one: its deviation is as large as its value.
 // Without it more is left than with it, and as the rows scatter it is fourteen deviations.
 static void a_name_that_takes_most_stays(void)
@@ -291,7 +278,6 @@ int main(void)
     RUN_TEST(a_class_has_the_friction_that_an_asymmetry_brings);
     RUN_TEST(an_inverter_loses_what_was_drawn_in_either_plant);
     RUN_TEST(fixed_logs_are_traced);
-    RUN_TEST(a_name_without_a_value_is_taken_back);
     RUN_TEST(a_name_that_takes_most_stays);
     RUN_TEST(a_short_lag_is_known_as_well_as_it_says);
     return UNITY_END();

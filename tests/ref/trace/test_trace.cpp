@@ -504,6 +504,18 @@ void log_that_is_not_what_the_format_says()
 
 }  // namespace
 
+// One percent of noise: the rows held out confirm a Stribeck friction that may be nothing by its deviation, and less is
+// left without a name than it takes. A name whose value may be nothing is none.
+static void a_name_without_a_value_is_taken_back(void)
+{
+    const TraceResult result = dqw::trace({simulated("effect_friction", {"seed=9516"})});
+    const auto is_it = [](const auto& x) { return x.name == "stribeck_friction"; };
+    TEST_ASSERT_TRUE(std::none_of(result.effects.begin(), result.effects.end(), is_it));
+    const auto rejected = std::find_if(result.rejected.begin(), result.rejected.end(), is_it);
+    TEST_ASSERT_TRUE(rejected != result.rejected.end());
+    TEST_ASSERT_EQUAL_STRING("fitted, its parameters are not told from nothing", rejected->why.c_str());
+}
+
 int main()
 {
     UNITY_BEGIN();
@@ -534,5 +546,6 @@ int main()
     RUN_TEST(pole_pairs_are_those_that_explain_the_log);
     RUN_TEST(voltage_may_turn_with_the_rotor);
     RUN_TEST(log_that_is_not_what_the_format_says);
+    RUN_TEST(a_name_without_a_value_is_taken_back);
     return UNITY_END();
 }
