@@ -407,11 +407,19 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             Better over = better(model, t.refined.left, s.best.left);
             const bool as_little = options.reported_rms_to(t.refined.point, close) <= close;
-            if (as_little) over = beside_law_noise(over, own - law_noise(options, t.refined));
-            // What the rows seen want as much, those held out do not tell apart.
-            if (as_little && t.refined.left.seen >= s.best.left.seen) over = Better();
+            if (as_little) {
+                const double nats = own - law_noise(options, t.refined);
+                // What the rows seen want as much, without more columns, those held out do not tell apart.
+                const bool wanted = t.refined.left.seen >= s.best.left.seen + nats &&
+                                    t.refined.point.columns() <= s.best.point.columns();
+                over = wanted ? Better() : beside_law_noise(over, nats);
+            }
             if (!is_listed) found.rivals.push_back({t.name, over});
-            if (!as_little || (over.t > apart && over.nats_each > kSeparateNats)) continue;
+            // Settled rows are none of a neighbour's: where it has as many columns, those seen count as well.
+            const bool both = model.gains() == 0 && !options.one_speed &&
+                              t.refined.point.columns() >= s.best.point.columns() && over.nats_each > kSeparateNats &&
+                              over.nats_each + s.best.left.seen - t.refined.left.seen > 2.0 * kLeastNats;
+            if (!as_little || both || (over.t > apart && over.nats_each > kSeparateNats)) continue;
             found.moved = found.moved.cwiseMax((t.refined.point.base - s.best.point.base).cwiseAbs());
             if (!is_listed && listed.size() < kMostAlike) found.confusable_with.push_back(t.name);
         }
