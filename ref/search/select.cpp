@@ -171,8 +171,8 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
     return out;
 }
 
-/// Whether the linear step leaves too little hope of `worth`: it tells little of a filter and of pulses; of others no fit
-/// came to six times what it did.
+/// Whether as much as the linear step gains, in each pass of a fit, would not come to `worth`. It tells little of a filter
+/// and of pulses.
 bool is_idle(const Refined& base, const Screened& s, double worth)
 {
     const Shape shape = effect_of(s.candidate->inputs.front().law).shape;

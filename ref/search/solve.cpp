@@ -314,7 +314,7 @@ Eigen::VectorXd step_within(const Model& model, const Refined& from, double damp
 {
     const Seen seen = seen_of(model, from.sums);
     const Limits limits = limits_of(from.point);
-    const Prior prior = prior_of(from.point, {});
+    Prior prior = prior_of(from.point, {});
     const Eigen::VectorXd old = from.point.values();
     Eigen::VectorXd to = old.cwiseMax(limits.low).cwiseMin(limits.high);
     std::vector<Eigen::Index> use;
@@ -322,6 +322,7 @@ Eigen::VectorXd step_within(const Model& model, const Refined& from, double damp
     while (!use.empty()) {
         Seen there = seen;
         for (Eigen::MatrixXd& gram : there.total) step(gram, with_error(to - old));
+        prior.value = to;
         const Eigen::VectorXd delta = linear_step(model, there, use, damping, prior);
         double part = 1.0;
         auto first = use.end();
@@ -384,7 +385,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
     constexpr double kSettled = 0.2;
     // Of a unit column: nothing beside any eigenvalue that counts; what first bends a step; where hardly any is left.
     constexpr double kDampingLeast = kLeastEigenvalue, kDampingFirst = 1e-4, kDampingMost = 1e3;
-    // Six steps in a row that fail, each a pass, end the search; what helped falls more slowly, as (E48) has it.
+    // Seven steps in a row that fail end the search; damping that helped right after one stays, as (E48) has it.
     constexpr double kGrows = 10.0, kFalls = 0.1, kHardlyLess = 0.97;
     // The last steps that tell what the next may gain, and how many of those count.
     constexpr std::size_t kTelling = 3;

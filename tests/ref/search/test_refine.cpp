@@ -1,5 +1,6 @@
 // The damped fit on an error whose whole step leads away, and at a limit, with a count of its sweeps.
 #include <cmath>
+#include <utility>
 
 #include "ref/search/solve.hpp"
 #include "unity.h"
@@ -9,11 +10,10 @@ void tearDown() {}
 
 namespace {
 
-/// e = arctan(p), +-1 and of four kinds of row: its whole step leads away from where |p| > 1.39, and its mean square
-/// is least at p = 0, where it is 1.
-class Bent : public dqw::Model {
+/// One channel, of which every block has the same 50 rows, seen and held out in turn; counts its sweeps.
+class OneChannel : public dqw::Model {
 public:
-    Bent()
+    explicit OneChannel(std::vector<std::string> names) : names_(std::move(names))
     {
         for (std::size_t b = 0; b < 4; ++b) plan_.blocks.push_back({nullptr, 50 * b, 50 * b + 50, b % 2 == 1});
     }
@@ -24,66 +24,58 @@ public:
     const dqw::Plan& plan() const override { return plan_; }
     const std::vector<double>& measured(const dqw::Log&, int) const override { return none_; }
     std::vector<dqw::ReportBlock> report(const dqw::Point&, std::size_t) const override { return {}; }
+    /// Derivatives by the parameters, and the error.
+    virtual Eigen::VectorXd line(const Eigen::VectorXd& p, int row) const = 0;
     bool sweep(const dqw::Point& at, const std::vector<dqw::Input>*, std::vector<dqw::BlockSum>& sums) const override
     {
         ++sweeps;
-        const double p = at.base[0], by = 1.0 / (1.0 + p * p);
-        sums = dqw::empty_sums(plan_.blocks.size(), 1, 1);
+        sums = dqw::empty_sums(plan_.blocks.size(), 1, at.base.size());
         for (dqw::BlockSum& s : sums)
             for (int row = 0; row < 50; ++row) {
-                const Eigen::Vector2d line(by, std::atan(p) + (row % 2 == 0 ? 1.0 : -1.0));
-                s.gram[0] += line * line.transpose(), ++s.rows;
+                const Eigen::VectorXd l = line(at.base, row);
+                s.gram[0] += l * l.transpose(), ++s.rows;
             }
         return true;
     }
     mutable int sweeps = 0;
 
 private:
-    std::vector<std::string> names_{"p"};
+    std::vector<std::string> names_;
     std::vector<double> none_;
     dqw::Plan plan_;
 };
 
+/// e = arctan(p), +-1 and of four kinds of row: its whole step leads away from where |p| > 1.39, and its mean square
+/// is least at p = 0, where it is 1.
+class Bent : public OneChannel {
+public:
+    Bent() : OneChannel({"p"}) {}
+    Eigen::VectorXd line(const Eigen::VectorXd& p, int row) const override
+    {
+        return Eigen::Vector2d(1.0 / (1.0 + p[0] * p[0]), std::atan(p[0]) + (row % 2 == 0 ? 1.0 : -1.0));
+    }
+};
+
 /// e = y - x p, p = (R, L_d, L_q), of which a step moves L_d and L_q by 1.2 of themselves at most; no two columns are at
 /// right angles.
-class Straight : public dqw::Model {
+class Straight : public OneChannel {
 public:
-    explicit Straight(double apart = 1.0) : apart_(apart)
-    {
-        for (std::size_t b = 0; b < 4; ++b) plan_.blocks.push_back({nullptr, 50 * b, 50 * b + 50, b % 2 == 1});
-    }
-    const std::vector<std::string>& base_names() const override { return names_; }
-    int channels() const override { return 1; }
-    int gains() const override { return 0; }
-    bool common_weight() const override { return false; }
-    const dqw::Plan& plan() const override { return plan_; }
-    const std::vector<double>& measured(const dqw::Log&, int) const override { return none_; }
-    std::vector<dqw::ReportBlock> report(const dqw::Point&, std::size_t) const override { return {}; }
+    explicit Straight(double apart = 1.0) : OneChannel({"R_ohm", "Ld_H", "Lq_H"}), apart_(apart) {}
     Eigen::Vector3d x(int row) const
     {
         const double d = 0.1 * (row % 10);
         return {1.0, d, d + apart_ * (row % 3 == 0 ? 1.0 : -0.5)};
     }
     double y(int row) const { return x(row).dot(Eigen::Vector3d(2.0, 5.0, 1.0)) + (row % 2 == 0 ? 0.1 : -0.1); }
-    bool sweep(const dqw::Point& at, const std::vector<dqw::Input>*, std::vector<dqw::BlockSum>& sums) const override
+    Eigen::VectorXd line(const Eigen::VectorXd& p, int row) const override
     {
-        ++sweeps;
-        sums = dqw::empty_sums(plan_.blocks.size(), 1, 3);
-        for (dqw::BlockSum& s : sums)
-            for (int row = 0; row < 50; ++row) {
-                Eigen::Vector4d line;
-                line << -x(row), y(row) - x(row).dot(at.base);
-                s.gram[0] += line * line.transpose(), ++s.rows;
-            }
-        return true;
+        Eigen::Vector4d l;
+        l << -x(row), y(row) - x(row).dot(p);
+        return l;
     }
-    mutable int sweeps = 0;
 
 private:
     double apart_;
-    std::vector<std::string> names_{"R_ohm", "Ld_H", "Lq_H"};
-    std::vector<double> none_;
-    dqw::Plan plan_;
 };
 
 dqw::Point straight(double R, double Ld, double Lq)
@@ -183,6 +175,19 @@ void a_step_that_promises_little_takes_no_sweep()
         TEST_ASSERT_TRUE((r.sums[b].gram[0] - swept.sums[b].gram[0]).cwiseAbs().maxCoeff() < 1e-9);
 }
 
+/// Along a difference of columns that the rows hardly tell, next to nothing is gained far away: such a step is swept.
+void a_long_step_is_swept_whatever_it_promises()
+{
+    const Straight model(1e-3);
+    dqw::Point start = dqw::refine(model, straight(2.0, 5.0, 1.0), 40).point;
+    start.base[1] += 1.0, start.base[2] -= 1.0;
+    const dqw::Refined at = dqw::swept(model, start);
+    model.sweeps = 0;
+    const dqw::Refined r = dqw::refine(model, at, 12);
+    TEST_ASSERT_TRUE(r.left.seen - at.left.seen < 0.2);
+    TEST_ASSERT_TRUE(model.sweeps > 0);
+}
+
 }  // namespace
 
 int main()
@@ -193,5 +198,6 @@ int main()
     RUN_TEST(beside_a_limit_the_others_are_where_it_leaves_least);
     RUN_TEST(two_that_are_limited_at_once_arrive);
     RUN_TEST(a_step_that_promises_little_takes_no_sweep);
+    RUN_TEST(a_long_step_is_swept_whatever_it_promises);
     return UNITY_END();
 }
