@@ -542,13 +542,30 @@ Vector2 turned_by(double angle, Vector2 x)
 
 namespace {
 
-/// Whether a law follows the machine from one instant to another.
-bool runs_meanwhile(const Input& input)
+/// Whether the rotor's axes matter to a law: not to what the stator's phases, a resistance or the voltage alone make.
+bool lies_in_rotor(const Input& input)
 {
-    if (input.law == Law::sample_shift)
-        return input.shape[0] == static_cast<double>(Instant::currents_before) ||
-               input.shape[0] == static_cast<double>(Instant::currents_after);
-    return input.law == Law::pulsed_shift || filters_currents(input);
+    switch (input.law) {
+    case Law::angle_offset:
+    case Law::delay:
+    case Law::dead_time:
+    case Law::dead_clamped:
+    case Law::dead_given_back:
+    case Law::phase_resistance_imbalance:
+    case Law::skin_effect:
+    case Law::voltage_offset:
+    case Law::voltage_scale:
+    case Law::winding_temperature: return false;
+    default: return !shifts_angle(input);
+    }
+}
+
+/// Adds what a matrix [dd dq qd qq] is in a frame that lies back by the angle of that cosine and sine.
+void add_turned(double c, double s, const double of[4], double to[4])
+{
+    const double left[4] = {c * of[0] - s * of[2], c * of[1] - s * of[3], s * of[0] + c * of[2], s * of[1] + c * of[3]};
+    to[0] += c * left[0] - s * left[1], to[1] += s * left[0] + c * left[1];
+    to[2] += c * left[2] - s * left[3], to[3] += s * left[2] + c * left[3];
 }
 
 /// The same as the rotor sees it, whose induced voltage and inductances are not along the axes of an angle that is
@@ -565,6 +582,10 @@ Moment in_rotors_frame(Moment m)
     turn(m.v_next.d, m.v_next.q), turn(m.v_now.d, m.v_now.q);
     for (Vector2& v : m.change) turn(v.d, v.q);
     for (Vector2& v : m.turned) turn(v.d, v.q);
+    const double bend[4] = {m.bend_dd_H, m.bend_dq_H, m.bend_dq_H, m.bend_qq_H};
+    double bent[4] = {};
+    add_turned(c, s, bend, bent);
+    m.bend_dd_H = bent[0], m.bend_dq_H = bent[1], m.bend_qq_H = bent[3];
     const double cos_e = m.cos_e;
     m.cos_e = c * cos_e + s * m.sin_e, m.sin_e = c * m.sin_e - s * cos_e;
     return m;
@@ -598,6 +619,11 @@ std::size_t free_shape_of(const Input& input, int n)
 void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], const double weights[])
 {
     const int count = weights_of(input.law);
+    if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
+        evaluate(input, in_rotors_frame(at), f, g, weights);
+        for (int j = 0; j < count; ++j) f[j] = turned_by(-at.ahead_rad, f[j]), g[j] = turned_by(-at.ahead_rad, g[j]);
+        return;
+    }
     for (int j = 0; j < count; ++j) f[j] = g[j] = {};
     switch (input.law) {
     case Law::dead_time:
@@ -726,7 +752,7 @@ void add_up(const Input& input, const double weights[], int count, const Moment&
 
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g)
 {
-    if (at.ahead_rad != 0.0 && runs_meanwhile(input)) {
+    if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
         Vector2 of_f, of_g;
         evaluate_sum(input, weights, in_rotors_frame(at), of_f, of_g);
         f = plus(f, 1.0, turned_by(-at.ahead_rad, of_f)), g = plus(g, 1.0, turned_by(-at.ahead_rad, of_g));
@@ -774,6 +800,13 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
 
 void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4])
 {
+    if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
+        double by_f[4] = {}, by_g[4] = {};
+        evaluate_slope(input, weights, in_rotors_frame(at), by_f, by_g);
+        const double c = std::cos(at.ahead_rad), s = -std::sin(at.ahead_rad);
+        add_turned(c, s, by_f, f_slope), add_turned(c, s, by_g, g_slope);
+        return;
+    }
     switch (input.law) {
     case Law::dead_time:
     case Law::dead_clamped:
@@ -856,12 +889,9 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         double more[4];
         filtered(at, weights[0], more);
         for (int col : {0, 1}) {
-            const Vector2 seen = turned_by(at.ahead_rad, {col == 0 ? 1.0 : 0.0, col == 0 ? 0.0 : 1.0}),
-                          o{more[0] * seen.d + more[1] * seen.q, more[2] * seen.d + more[3] * seen.q},
-                          of_f = turned_by(-at.ahead_rad, {at.R * o.d, at.R * o.q}),
-                          of_g = turned_by(-at.ahead_rad, {at.Ld * o.d, at.Lq * o.q});
-            f_slope[col] -= of_f.d, f_slope[2 + col] -= of_f.q;
-            g_slope[col] -= of_g.d, g_slope[2 + col] -= of_g.q;
+            const Vector2 o{more[col], more[2 + col]};
+            f_slope[col] -= at.R * o.d, f_slope[2 + col] -= at.R * o.q;
+            g_slope[col] -= at.Ld * o.d, g_slope[2 + col] -= at.Lq * o.q;
         }
         break;
     }
