@@ -453,7 +453,8 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
     return turned_by(turn, {flux.d / at.Ld, flux.q / at.Lq});
 }
 
-/// What a voltage in pulses leaves of the flux that its mean would bring, as a voltage. (E169)
+/// What a voltage in pulses leaves of the flux that its mean would bring, and what currents that swing about the mean
+/// voltage's add to it where iron bends, as a voltage. (E169), (E180)
 Vector2 bent_by_pulses(const Input& input, const Moment& m)
 {
     Moment seen;
@@ -464,8 +465,32 @@ Vector2 bent_by_pulses(const Input& input, const Moment& m)
     double of[3];
     for (int leg = 0; leg < 3; ++leg) of[leg] = link * second_moment(duty.of[leg]);
     const Vector2 u = of_phases(at, of[0], of[1], of[2]);
-    const double d = at.R / at.Ld, q = at.R / at.Lq, mixed = at.w_e * (d - q), by = -0.5 * at.period_s * at.period_s;
-    return {by * (d * d * u.d + mixed * u.q), by * (q * q * u.q + mixed * u.d)};
+    // What the iron has at these currents; as the machine has it where that is none.
+    double L_d = at.Ld + at.bend_dd_H, L_q = at.Lq + at.bend_qq_H, L_dq = at.bend_dq_H;
+    const bool bends = std::min(L_d, L_q) > 0.0 && L_d * L_q > L_dq * L_dq;
+    if (!bends) L_d = at.Ld, L_q = at.Lq, L_dq = 0.0;
+    const double by = at.R / (L_d * L_q - L_dq * L_dq), d = by * L_q, q = by * L_d, dq = -by * L_dq,
+                 half = -0.5 * at.period_s * at.period_s, w = at.w_e;
+    const double dd = d * d + dq * dq - 2.0 * w * dq, qq = q * q + dq * dq + 2.0 * w * dq,
+                 mixed = dq * (d + q) + w * (d - q);
+    Vector2 f{half * (dd * u.d + mixed * u.q), half * (mixed * u.d + qq * u.q)};
+    if (!bends) return f;
+    // Each leg's flux about the way that it goes under the mean voltage, and of these R times the currents.
+    double dd_Vs2 = 0.0, dq_Vs2 = 0.0, qq_Vs2 = 0.0;
+    const Vector2 each[3] = {of_phases(at, 1, 0, 0), of_phases(at, 0, 1, 0), of_phases(at, 0, 0, 1)};
+    for (const int j : {0, 1, 2})
+        for (const int k : {0, 1, 2}) {
+            const double mean = -2.0 * half * link * link * mean_product(duty.of[j], duty.of[k]);
+            dd_Vs2 += mean * each[j].d * each[k].d, dq_Vs2 += mean * each[j].d * each[k].q;
+            qq_Vs2 += mean * each[j].q * each[k].q;
+        }
+    const double s_dd = d * d * dd_Vs2 + 2.0 * d * dq * dq_Vs2 + dq * dq * qq_Vs2,
+                 s_dq = d * dq * dd_Vs2 + (d * q + dq * dq) * dq_Vs2 + dq * q * qq_Vs2,
+                 s_qq = dq * dq * dd_Vs2 + 2.0 * dq * q * dq_Vs2 + q * q * qq_Vs2, size = -0.5 / (at.R * at.R);
+    const double of_d = size * (at.by_d_H_A[0] * s_dd + 2.0 * at.by_d_H_A[1] * s_dq + at.by_d_H_A[2] * s_qq),
+                 of_q = size * (at.by_q_H_A[0] * s_dd + 2.0 * at.by_q_H_A[1] * s_dq + at.by_q_H_A[2] * s_qq);
+    f.d += d * of_d + dq * of_q, f.q += dq * of_d + q * of_q;
+    return f;
 }
 
 void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, Vector2& g)
@@ -582,10 +607,6 @@ Moment in_rotors_frame(Moment m)
     turn(m.v_next.d, m.v_next.q), turn(m.v_now.d, m.v_now.q);
     for (Vector2& v : m.change) turn(v.d, v.q);
     for (Vector2& v : m.turned) turn(v.d, v.q);
-    const double bend[4] = {m.bend_dd_H, m.bend_dq_H, m.bend_dq_H, m.bend_qq_H};
-    double bent[4] = {};
-    add_turned(c, s, bend, bent);
-    m.bend_dd_H = bent[0], m.bend_dq_H = bent[1], m.bend_qq_H = bent[3];
     const double cos_e = m.cos_e;
     m.cos_e = c * cos_e + s * m.sin_e, m.sin_e = c * m.sin_e - s * cos_e;
     return m;

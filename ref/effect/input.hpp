@@ -71,7 +71,9 @@ struct Moment {
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;
-    double bend_dd_H = 0, bend_dq_H = 0, bend_qq_H = 0;  ///< incremental inductance less Ld, Lq
+    /// Incremental inductance less Ld, Lq, along the rotor's axes, and its slopes by i_d and by i_q.
+    double bend_dd_H = 0, bend_dq_H = 0, bend_qq_H = 0;
+    double by_d_H_A[3] = {}, by_q_H_A[3] = {};
     /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its
     /// start.
     bool starts = false, ends = false;

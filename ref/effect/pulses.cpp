@@ -29,6 +29,12 @@ double pulse_beyond_mean(double duty, double u_s, double period_s)
 
 double second_moment(double duty) { return (duty * duty - 1.0) * duty / 12.0; }
 
+double mean_product(double duty, double other)
+{
+    const auto [low, high] = std::minmax(duty, other);
+    return low * (1.0 - high) * (2.0 * high - high * high - low * low) / 24.0;
+}
+
 double filtered_beyond_mean(double duty, double tau_s, double period_s)
 {
     const double tau = std::abs(tau_s);

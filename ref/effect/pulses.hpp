@@ -24,5 +24,9 @@ double filtered_beyond_mean(double duty, double tau_s, double period_s);
 /// link. (E169)
 double second_moment(double duty);
 
+/// Mean over a period of the product of two such legs' flux beyond the mean voltage's, per square of the link and of the
+/// period. (E180)
+double mean_product(double duty, double other);
+
 }  // namespace dqw
 #endif

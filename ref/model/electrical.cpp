@@ -101,7 +101,9 @@ struct ElectricalModel::Plant {
     const ElectricalModel& model;
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
+    bool bends_iron = false;   ///< any term
     bool draws = false;        ///< currents from the winding itself, whose flux follows the iron's bend
+    bool swings = false;       ///< currents with the legs' pulses about what their mean voltage runs
     bool asks_next = false;    ///< for the voltage that begins at a row
     bool asks_before = false;  ///< for the currents of the row before a period
     double lag_s = 0.0;        ///< of the currents' filter
@@ -118,7 +120,8 @@ struct ElectricalModel::Plant {
             if (filters_currents(t.input)) lag_s += t.weights[0];
             if (t.input.law == Law::angle_offset) ahead_rad += t.weights[0];
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
-            draws = draws || t.input.law == Law::turn_short;
+            bends_iron = bends_iron || bends(t.input.law);
+            draws = draws || t.input.law == Law::turn_short, swings = swings || t.input.law == Law::pulses;
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
         }
@@ -158,7 +161,7 @@ struct ElectricalModel::Plant {
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.ahead_rad = ahead_rad + ahead_s * m.w_e;
-        if (draws) put_bend(m);
+        if (bends_iron && (draws || swings)) put_bend(m);
         if (asks_before) put_before(m, piece, k);
         return m;
     }
@@ -175,15 +178,33 @@ struct ElectricalModel::Plant {
     void put_currents(Moment& m, Vector2 i) const
     {
         m.i_d = i.d, m.i_q = i.q;
-        if (draws) put_bend(m);
+        if (bends_iron && (draws || swings)) put_bend(m);
     }
 
+    /// Along the rotor's axes.
     void put_bend(Moment& m) const
     {
-        double f[4] = {}, g[4] = {};
-        for (const Term& t : at.terms)
-            if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
-        m.bend_dd_H = g[0], m.bend_dq_H = g[1], m.bend_qq_H = g[3];
+        // Of the current that shorts the magnet: a difference of slopes bends by as little.
+        constexpr double kPart = 1e-4;
+        const Vector2 i = turned_by(m.ahead_rad, {m.i_d, m.i_q});
+        const auto slope = [&](double i_d, double i_q) {
+            Moment there = m;
+            there.ahead_rad = 0.0, there.i_d = i_d, there.i_q = i_q;
+            std::array<double, 4> f{}, g{};
+            for (const Term& t : at.terms)
+                if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), there, f.data(), g.data());
+            return g;
+        };
+        const std::array<double, 4> here = slope(i.d, i.q);
+        m.bend_dd_H = here[0], m.bend_dq_H = here[1], m.bend_qq_H = here[3];
+        if (!swings) return;
+        const double step = kPart * std::abs(psi) / std::min(Ld, Lq);
+        const std::array<double, 4> by_d = slope(i.d + step, i.q), by_q = slope(i.d, i.q + step);
+        for (const int n : {0, 1, 2}) {
+            const std::size_t of[3] = {0, 1, 3};  // [dd dq qd qq]
+            m.by_d_H_A[n] = step > 0.0 ? (by_d[of[n]] - here[of[n]]) / step : 0.0;
+            m.by_q_H_A[n] = step > 0.0 ? (by_q[of[n]] - here[of[n]]) / step : 0.0;
+        }
     }
 
     /// Calls visit(term, moment) for each.

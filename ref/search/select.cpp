@@ -428,12 +428,51 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
 
 namespace {
 
-/// Iron that no polynomial is: a flux map in place of them, as far as the rows held out want it. Each of its two that a
-/// map does as well without goes.
-bool take_map(const Model& model, const SelectOptions& options, int round_number, Selection& s)
+/// Currents told between pulses are told between these; false where they are of other legs. What a lag or a shift takes
+/// goes with it times the link: without the pulses' own bend both are far off, and their product is not.
+bool by_same_legs(Point& at, const Input& pulses)
+{
+    for (Term& t : at.terms) {
+        if (effect_of(t.input.law).shape != Shape::pulses) continue;
+        if (t.input.modulation != pulses.modulation) return false;
+        if (!(t.input.shape[0] > 0.0) || !(pulses.shape[0] > 0.0)) continue;
+        t.weights[0] *= t.input.shape[0] / pulses.shape[0];
+        t.input.shape[0] = pulses.shape[0];
+    }
+    return true;
+}
+
+/// The legs' pulses within a period, where the rows held out confirm them as they would an effect; nothing of them is
+/// fitted.
+bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
+{
+    if (!options.pulses || has(at.point, name_of(Law::pulses))) return false;
+    constexpr int kFew = 2;  // the machine's parameters move by some permille
+    Refined best;
+    for (const Input& input : options.pulses(at.point)) {
+        Point there = at.point;
+        if (!by_same_legs(there, input)) continue;
+        there.terms.push_back({input, {}});
+        Refined r = refine(model, there, kFew);
+        if (options.tick) options.tick();
+        if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
+    }
+    if (!best.ok) return false;
+    best = refine(model, std::move(best), kPasses);
+    if (!best.ok || !needed(model, at, best, options)) return false;
+    at = std::move(best);
+    return true;
+}
+
+/// Iron that no polynomial is: a flux map in place of them, as far as the rows held out want it, and more than `rival`,
+/// where there is one. Each of its two that a map does as well without goes.
+bool take_map(const Model& model, const SelectOptions& options, const Tried* rival, int round_number, Selection& s)
 {
     if (!options.mapped) return false;
     Refined best = options.mapped(s.best.point);
+    // Currents that swing with pulses tell the iron's bend by more than a polynomial holds. (E180)
+    if (best.ok) take_pulses(model, options, best);
+    if (rival != nullptr && !(best.ok && best.left.heldout > rival->refined.left.heldout)) return false;
     const auto holds = [&](const Refined& less, const Refined& more) {
         return more.ok && needed(model, less, more, options) && (!options.veto || options.veto(more.point).empty());
     };
@@ -534,42 +573,6 @@ std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
     return out;
 }
 
-/// Currents told between pulses are told between these; false where they are of other legs. What a lag or a shift takes
-/// goes with it times the link: without the pulses' own bend both are far off, and their product is not.
-bool by_same_legs(Point& at, const Input& pulses)
-{
-    for (Term& t : at.terms) {
-        if (effect_of(t.input.law).shape != Shape::pulses) continue;
-        if (t.input.modulation != pulses.modulation) return false;
-        if (!(t.input.shape[0] > 0.0) || !(pulses.shape[0] > 0.0)) continue;
-        t.weights[0] *= t.input.shape[0] / pulses.shape[0];
-        t.input.shape[0] = pulses.shape[0];
-    }
-    return true;
-}
-
-/// The legs' pulses within a period, where the rows held out confirm them as they would an effect; nothing of them is
-/// fitted.
-bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
-{
-    if (!options.pulses || has(at.point, name_of(Law::pulses))) return false;
-    constexpr int kFew = 2;  // the machine's parameters move by some permille
-    Refined best;
-    for (const Input& input : options.pulses(at.point)) {
-        Point there = at.point;
-        if (!by_same_legs(there, input)) continue;
-        there.terms.push_back({input, {}});
-        Refined r = refine(model, there, kFew);
-        if (options.tick) options.tick();
-        if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
-    }
-    if (!best.ok) return false;
-    best = refine(model, std::move(best), kPasses);
-    if (!best.ok || !needed(model, at, best, options)) return false;
-    at = std::move(best);
-    return true;
-}
-
 }  // namespace
 
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
@@ -612,9 +615,17 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             }
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
+        // What a polynomial leaves of its iron looks like much else.
+        const bool bends = has(s.best.point, name_of(Law::saturation)) || has(s.best.point, name_of(Law::cross_saturation));
+        if (taken && bends && !mapped && !exact && !taken->candidate.is_fault() &&
+            take_map(model, options, taken, n, s)) {
+            mapped = true;
+            s.beside_last.clear();
+            continue;
+        }
         if (!taken) {
             if (exact) break;
-            if (mapped || !take_map(model, options, n, s)) {
+            if (mapped || !take_map(model, options, nullptr, n, s)) {
                 if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
             } else {
                 mapped = true;

@@ -326,7 +326,9 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
         }
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
     const std::vector<double> each = judge.each(at);
-    if (rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
+    // Of iron that bends the currents' swings do more.
+    const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); });
+    if (!bent && rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
     // The angle is fitted as well. Without one the phases look the same every third of a turn, and half a
     // turn on with high for low.
     const double link_V = link_to_fit_V(logs);
