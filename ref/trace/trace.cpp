@@ -564,6 +564,36 @@ void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
     }
 }
 
+/// A point fitted as `s.best`, with the noise of the logged columns taken off. Where that is as much as names an effect,
+/// the search has fitted noise: those go, the least first, without which no axis then leaves more than a part more.
+/// (E110)
+Refined drop_noise(const TraceSetup& setup, const Judge& judge, Selection& s)
+{
+    constexpr double kLeastPart = 0.05;  // as an effect must take to be named, (E45)
+    Refined best = without_column_noise(setup, *setup.full, s.best);
+    while (!s.found.empty() && judge.rms(best.point) < (1.0 - kLeastPart) * judge.rms(s.best.point)) {
+        const std::vector<double> with = judge.each(best.point);
+        std::size_t least = 0;
+        double left = HUGE_VAL;
+        Refined rest, off;
+        for (std::size_t k = 0; k < s.found.size(); ++k) {
+            Refined less = refine(*setup.full, without(s.best.point, s.found[k].name), kPasses);
+            if (!less.ok) continue;
+            Refined less_off = without_column_noise(setup, *setup.full, less);
+            const std::vector<double> each = judge.each(less_off.point);
+            bool needed = false;
+            for (std::size_t c = 0; c < with.size(); ++c)
+                needed = needed || !(with[c] >= (1.0 - kLeastPart) * each[c]);
+            const double rms = judge.rms(less_off.point);
+            if (!needed && rms < left) least = k, left = rms, rest = std::move(less), off = std::move(less_off);
+        }
+        if (!rest.ok) break;
+        leave_out(s, least, rest, "what it takes is the noise of the logged columns");
+        best = std::move(off);
+    }
+    return best;
+}
+
 /// Largest electrical angle within a period, rare extremes apart.
 double widest_turn(const TraceSetup& setup)
 {
@@ -634,7 +664,8 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     drop_unknown(*setup, judge, s);
     drop_small(*setup, judge, found.exact, s);
     drop_idle(*setup, judge, s);
-    s.best = s.found.empty() ? s.plain : without_column_noise(*setup, *setup->full, s.best);
+    const Refined best = drop_noise(*setup, judge, s);
+    s.best = s.found.empty() ? s.plain : best;
 
     TraceResult result;
     result.regime = setup->regime;
