@@ -223,6 +223,46 @@ void what_pulses_leave_at_the_end_of_a_period()
     }
 }
 
+/// Iron that bends makes of currents that swing about their way another mean, R times which the voltage pays: a q axis
+/// of which i = flux/L_q + k flux^3, in steps of a five-thousandth of a period, with a voltage that holds the mean.
+void what_pulses_swing_where_iron_bends()
+{
+    constexpr double kPeriod = T, kCubic = 1.0e7, kFlux = 8e-3, kHalf = 0.5, kLink_V = 300.0;
+    const std::pair<dqw::Modulation, Pulses> cases[] = {{dqw::Modulation::clamped_low, {{0.45, 0.9, 0.0}, kLink_V}},
+                                                        {dqw::Modulation::clamped_high, {{0.5, 1.0, 0.1}, kLink_V}},
+                                                        {dqw::Modulation::centred, {{0.5, 0.8, 0.2}, kLink_V}}};
+    const auto i_q = [](double flux) { return flux / Lq + kCubic * flux * flux * flux; };
+    for (const auto& [modulation, pulses] : cases) {
+        const Complex mean = pulses.mean(), back = mean - R * Complex(2.0, i_q(kFlux));
+        const auto end = [&, &of = pulses](bool pulsed) {
+            constexpr int kSteps = 5000;
+            const double h = kPeriod / kSteps;
+            const auto slope = [&](Complex flux, Complex v) {
+                return v - back - R * Complex(flux.real() / Ld, i_q(flux.imag()));
+            };
+            Complex flux(2.0 * Ld, kFlux);
+            for (int n = 0; n < kSteps; ++n) {
+                const Complex v = pulsed ? of.vector((n + kHalf) / kSteps) : mean;
+                flux += h * slope(flux + kHalf * h * slope(flux, v), v);
+            }
+            return flux;
+        };
+        const Complex lost = (end(false) - end(true)) / kPeriod;
+        Moment at = moment({2.0, i_q(kFlux)});
+        at.w_e = 0.0, at.period_s = kPeriod, at.held_alpha = mean.real(), at.held_beta = mean.imag();
+        const double per_H = 1.0 / Lq + 3.0 * kCubic * kFlux * kFlux;
+        at.bend_qq_H = 1.0 / per_H - Lq, at.by_q_H_A[2] = -6.0 * kCubic * kFlux / (per_H * per_H * per_H);
+        Vector2 f, g;
+        dqw::evaluate_sum(dqw::pulsed_input(Law::pulses, modulation, kLink_V, 0.0, false), nullptr, at, f, g);
+        TEST_ASSERT_TRUE(std::abs(lost.imag()) > 4e-3);
+        TEST_ASSERT_DOUBLE_WITHIN(0.1 * std::abs(lost), lost.imag(), f.q);
+        // The cubic's part, which a machine of the same slopes everywhere has not.
+        at.by_q_H_A[2] = 0.0, f = {};
+        dqw::evaluate_sum(dqw::pulsed_input(Law::pulses, modulation, kLink_V, 0.0, false), nullptr, at, f, g);
+        TEST_ASSERT_TRUE(std::abs(lost.imag() - f.q) > 0.3 * std::abs(lost));
+    }
+}
+
 /// What the line has more than the winding: eddies that follow the voltage behind R with a time constant.
 void iron_that_follows_late()
 {
@@ -368,6 +408,56 @@ void a_filter_beside_an_angle_that_is_ahead()
         for (int k = 0; k < 4; ++k)
             TEST_ASSERT_DOUBLE_WITHIN(1e-6 * std::abs(expected[axis < 1 ? 0 : 1]), expected[k] / (2.0 * step),
                                       found[k]);
+    }
+}
+
+/// The magnet, and what a wrong current makes of the inductances, lie along the rotor's axes, whatever angle is seen.
+void laws_beside_an_angle_that_is_ahead()
+{
+    const double ahead = 0.3, c = std::cos(ahead), s = std::sin(ahead), weight[] = {-1e-4};
+    Moment m = moment({-3.0, 20.0});
+    m.ahead_rad = ahead, m.heat_K = 50.0;
+    Vector2 f, g, each_f[4], each_g[4];
+    dqw::evaluate_sum({Law::magnet_temperature, {}}, weight, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, -5e-3 * c, g.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 5e-3 * s, g.q);
+    dqw::evaluate({Law::magnet_temperature, {}}, m, each_f, each_g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 50.0 * c, each_g[0].d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, -50.0 * s, each_g[0].q);
+    // An offset of 1 A in alpha, the angle seen at 0: L in that frame, and R alike in all.
+    const double offset[] = {1.0, 0.0};
+    f = g = {};
+    dqw::evaluate_sum({Law::current_offset, {}}, offset, m, f, g);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, -R, f.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, -(c * c * Ld + s * s * Lq), g.d);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, -c * s * (Lq - Ld), g.q);
+}
+
+/// Iron that bends along the rotor's axes, seen from an angle that is ahead: its slopes by the currents.
+void iron_beside_an_angle_that_is_ahead()
+{
+    const Input inputs[] = {{Law::saturation, {20.0}}, {Law::cross_saturation, {20.0}}};
+    const double weights[] = {-3e-3, 1e-3, -2e-3, -4e-3, 5e-4}, step = 1e-4;
+    const Complex i(-3.0, 20.0);
+    for (const Input& input : inputs) {
+        const auto flux = [&](Complex of) {
+            Moment m = moment(of);
+            m.ahead_rad = 0.3;
+            Vector2 f, g;
+            dqw::evaluate_sum(input, weights, m, f, g);
+            return Complex(g.d, g.q);
+        };
+        Moment m = moment(i), rotor = moment(i * turned(0.3));
+        m.ahead_rad = 0.3;
+        double by_f[4] = {}, by_g[4] = {};
+        dqw::evaluate_slope(input, weights, m, by_f, by_g);
+        Vector2 f, g;
+        dqw::evaluate_sum(input, weights, rotor, f, g);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.0, std::abs(Complex(g.d, g.q) * turned(-0.3) - flux(i)));
+        const Complex by_d = (flux(i + step) - flux(i - step)) / (2.0 * step),
+                      by_q = (flux(i + Complex(0.0, step)) - flux(i - Complex(0.0, step))) / (2.0 * step);
+        const double expected[] = {by_d.real(), by_q.real(), by_d.imag(), by_q.imag()};
+        for (int k = 0; k < 4; ++k) TEST_ASSERT_DOUBLE_WITHIN(1e-9, expected[k], by_g[k]);
     }
 }
 
@@ -517,6 +607,9 @@ int main(void)
     RUN_TEST(an_encoders_frame_turns_unevenly);
     RUN_TEST(a_voltage_in_another_frame_or_late);
     RUN_TEST(a_filter_beside_an_angle_that_is_ahead);
+    RUN_TEST(laws_beside_an_angle_that_is_ahead);
+    RUN_TEST(iron_beside_an_angle_that_is_ahead);
+    RUN_TEST(what_pulses_swing_where_iron_bends);
     RUN_TEST(a_link_that_sags);
     RUN_TEST(shorted_turns);
     RUN_TEST(slopes_by_the_weights);
