@@ -469,13 +469,16 @@ Vector2 bent_by_pulses(const Input& input, const Moment& m)
     double L_d = at.Ld + at.bend_dd_H, L_q = at.Lq + at.bend_qq_H, L_dq = at.bend_dq_H;
     const bool bends = std::min(L_d, L_q) > 0.0 && L_d * L_q > L_dq * L_dq;
     if (!bends) L_d = at.Ld, L_q = at.Lq, L_dq = 0.0;
-    const double by = at.R / (L_d * L_q - L_dq * L_dq), d = by * L_q, q = by * L_d, dq = -by * L_dq,
-                 half = -0.5 * at.period_s * at.period_s, w = at.w_e;
-    const double dd = d * d + dq * dq - 2.0 * w * dq, qq = q * q + dq * dq + 2.0 * w * dq,
-                 mixed = dq * (d + q) + w * (d - q);
-    Vector2 f{half * (dd * u.d + mixed * u.q), half * (mixed * u.d + qq * u.q)};
-    if (!bends) return f;
-    // Each leg's flux about the way that it goes under the mean voltage, and of these R times the currents.
+    const double by = 1.0 / (L_d * L_q - L_dq * L_dq), d = by * L_q, q = by * L_d, dq = -by * L_dq,
+                 half = -0.5 * at.period_s * at.period_s, R = at.R, w = at.w_e;
+    const double dd = R * (d * d + dq * dq) - 2.0 * w * dq, qq = R * (q * q + dq * dq) + 2.0 * w * dq,
+                 mixed = R * dq * (d + q) + w * (d - q);
+    Vector2 f{half * R * (dd * u.d + mixed * u.q), half * R * (mixed * u.d + qq * u.q)};
+    const auto is_none = [](double x) { return x == 0.0; };
+    if (!bends ||
+        (std::all_of(at.by_d_H_A, at.by_d_H_A + 3, is_none) && std::all_of(at.by_q_H_A, at.by_q_H_A + 3, is_none)))
+        return f;
+    // Each leg's flux about the way that it goes under the mean voltage, and of these the currents.
     double dd_Vs2 = 0.0, dq_Vs2 = 0.0, qq_Vs2 = 0.0;
     const Vector2 each[3] = {of_phases(at, 1, 0, 0), of_phases(at, 0, 1, 0), of_phases(at, 0, 0, 1)};
     for (const int j : {0, 1, 2})
@@ -486,9 +489,9 @@ Vector2 bent_by_pulses(const Input& input, const Moment& m)
         }
     const double s_dd = d * d * dd_Vs2 + 2.0 * d * dq * dq_Vs2 + dq * dq * qq_Vs2,
                  s_dq = d * dq * dd_Vs2 + (d * q + dq * dq) * dq_Vs2 + dq * q * qq_Vs2,
-                 s_qq = dq * dq * dd_Vs2 + 2.0 * dq * q * dq_Vs2 + q * q * qq_Vs2, size = -0.5 / (at.R * at.R);
-    const double of_d = size * (at.by_d_H_A[0] * s_dd + 2.0 * at.by_d_H_A[1] * s_dq + at.by_d_H_A[2] * s_qq),
-                 of_q = size * (at.by_q_H_A[0] * s_dd + 2.0 * at.by_q_H_A[1] * s_dq + at.by_q_H_A[2] * s_qq);
+                 s_qq = dq * dq * dd_Vs2 + 2.0 * dq * q * dq_Vs2 + q * q * qq_Vs2;
+    const double of_d = -0.5 * R * (at.by_d_H_A[0] * s_dd + 2.0 * at.by_d_H_A[1] * s_dq + at.by_d_H_A[2] * s_qq),
+                 of_q = -0.5 * R * (at.by_q_H_A[0] * s_dd + 2.0 * at.by_q_H_A[1] * s_dq + at.by_q_H_A[2] * s_qq);
     f.d += d * of_d + dq * of_q, f.q += dq * of_d + q * of_q;
     return f;
 }
@@ -573,14 +576,14 @@ bool lies_in_rotor(const Input& input)
     switch (input.law) {
     case Law::angle_offset:
     case Law::delay:
-    case Law::dead_time:
-    case Law::dead_clamped:
-    case Law::dead_given_back:
     case Law::phase_resistance_imbalance:
     case Law::skin_effect:
     case Law::voltage_offset:
     case Law::voltage_scale:
     case Law::winding_temperature: return false;
+    case Law::dead_time:
+    case Law::dead_clamped:
+    case Law::dead_given_back: return input.loss == LossLaw::edges;
     default: return !shifts_angle(input);
     }
 }
@@ -642,7 +645,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     const int count = weights_of(input.law);
     if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
         evaluate(input, in_rotors_frame(at), f, g, weights);
-        for (int j = 0; j < count; ++j) f[j] = turned_by(-at.ahead_rad, f[j]), g[j] = turned_by(-at.ahead_rad, g[j]);
+        const double c = std::cos(at.ahead_rad), s = std::sin(at.ahead_rad);
+        const auto back = [c, s](Vector2 x) { return Vector2{c * x.d + s * x.q, c * x.q - s * x.d}; };
+        for (int j = 0; j < count; ++j) f[j] = back(f[j]), g[j] = back(g[j]);
         return;
     }
     for (int j = 0; j < count; ++j) f[j] = g[j] = {};
@@ -957,7 +962,7 @@ void evaluate_with_slope(const Input& input, const double weights[], const Momen
     if (is_dead_time(input.law) && !input.averaged) {
         const bool edges = input.loss == LossLaw::edges;
         if (!edges && at.ends) return lost_with_slope(input, weights, at, f, f_slope);
-        if (edges && at.starts) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
+        if (edges && at.starts && at.ahead_rad == 0.0) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
     }
     evaluate_sum(input, weights, at, f, g);
     evaluate_slope(input, weights, at, f_slope, g_slope);

@@ -184,7 +184,7 @@ struct ElectricalModel::Plant {
     /// Along the rotor's axes.
     void put_bend(Moment& m) const
     {
-        // Of the current that shorts the magnet: a difference of slopes bends by as little.
+        // Of the current that shorts the magnet, or of what flows: a difference of slopes bends by as little.
         constexpr double kPart = 1e-4;
         const Vector2 i = turned_by(m.ahead_rad, {m.i_d, m.i_q});
         const auto slope = [&](double i_d, double i_q) {
@@ -198,7 +198,7 @@ struct ElectricalModel::Plant {
         const std::array<double, 4> here = slope(i.d, i.q);
         m.bend_dd_H = here[0], m.bend_dq_H = here[1], m.bend_qq_H = here[3];
         if (!swings) return;
-        const double step = kPart * std::abs(psi) / std::min(Ld, Lq);
+        const double step = kPart * std::max(std::abs(psi) / std::min(Ld, Lq), std::hypot(i.d, i.q));
         const std::array<double, 4> by_d = slope(i.d + step, i.q), by_q = slope(i.d, i.q + step);
         for (const int n : {0, 1, 2}) {
             const std::size_t of[3] = {0, 1, 3};  // [dd dq qd qq]

@@ -584,7 +584,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     s.best = s.plain;
     // An end to the search, beyond the effects that any log had. (E48)
     constexpr int kMostRounds = 6;
-    bool mapped = false;
+    bool mapped = false, refused = false;
     for (int n = 0; n < kMostRounds; ++n) {
         std::vector<double> left = options.reported_rms(s.best.point);
         if (!below(left, options.own) && take_pulses(model, options, s.best)) {
@@ -616,12 +616,15 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             if (needed(model, s.best, t.refined, options)) taken = &t;
         }
         // What a polynomial leaves of its iron looks like much else.
-        const bool bends = has(s.best.point, name_of(Law::saturation)) || has(s.best.point, name_of(Law::cross_saturation));
-        if (taken && bends && !mapped && !exact && !taken->candidate.is_fault() &&
-            take_map(model, options, taken, n, s)) {
-            mapped = true;
-            s.beside_last.clear();
-            continue;
+        const bool bends = has(s.best.point, name_of(Law::saturation)) ||
+                           has(s.best.point, name_of(Law::cross_saturation));
+        if (taken && bends && !mapped && !refused && !exact && !taken->candidate.is_fault()) {
+            mapped = take_map(model, options, taken, n, s);
+            refused = !mapped;
+            if (mapped) {
+                s.beside_last.clear();
+                continue;
+            }
         }
         if (!taken) {
             if (exact) break;

@@ -582,8 +582,7 @@ Refined drop_noise(const TraceSetup& setup, const Judge& judge, Selection& s)
             Refined less_off = without_column_noise(setup, *setup.full, less);
             const std::vector<double> each = judge.each(less_off.point);
             bool needed = false;
-            for (std::size_t c = 0; c < with.size(); ++c)
-                needed = needed || !(with[c] >= (1.0 - kLeastPart) * each[c]);
+            for (std::size_t c = 0; c < with.size(); ++c) needed = needed || !(with[c] >= (1.0 - kLeastPart) * each[c]);
             const double rms = judge.rms(less_off.point);
             if (!needed && rms < left) least = k, left = rms, rest = std::move(less), off = std::move(less_off);
         }
