@@ -115,10 +115,10 @@ struct ElectricalModel::Plant {
         : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
           pole_pairs(p.base.size() > kPolePairs ? p.base[kPolePairs] : m.pole_pairs_)
     {
+        ahead_rad = angle_offset_of(at);
         for (const Term& t : at.terms) {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
-            if (t.input.law == Law::angle_offset) ahead_rad += t.weights[0];
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
             bends_iron = bends_iron || bends(t.input.law);
             draws = draws || t.input.law == Law::turn_short, swings = swings || t.input.law == Law::pulses;
@@ -161,7 +161,7 @@ struct ElectricalModel::Plant {
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.ahead_rad = ahead_rad + ahead_s * m.w_e;
-        if (bends_iron && (draws || swings)) put_bend(m);
+        put_bend(m);
         if (asks_before) put_before(m, piece, k);
         return m;
     }
@@ -178,12 +178,13 @@ struct ElectricalModel::Plant {
     void put_currents(Moment& m, Vector2 i) const
     {
         m.i_d = i.d, m.i_q = i.q;
-        if (bends_iron && (draws || swings)) put_bend(m);
+        put_bend(m);
     }
 
-    /// Along the rotor's axes.
+    /// Along the rotor's axes, where a term asks for it.
     void put_bend(Moment& m) const
     {
+        if (!bends_iron || !(draws || swings)) return;
         // Of the current that shorts the magnet, or of what flows: a difference of slopes bends by as little.
         constexpr double kPart = 1e-4;
         const Vector2 i = turned_by(m.ahead_rad, {m.i_d, m.i_q});

@@ -34,6 +34,14 @@ void Point::set(const Eigen::VectorXd& v)
     }
 }
 
+double angle_offset_of(const Point& at)
+{
+    double sum = 0.0;
+    for (const Term& t : at.terms)
+        if (t.input.law == Law::angle_offset) sum += t.weights[0];
+    return sum;
+}
+
 bool operator==(const Point& a, const Point& b)
 {
     const auto alike = [](const Term& x, const Term& y) {

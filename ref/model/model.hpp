@@ -29,6 +29,8 @@ struct Point {
     void set(const Eigen::VectorXd& values);
 };
 bool operator==(const Point& a, const Point& b);
+/// What the angle is off by at all speeds, rad: the weights of `angle_offset`; 0 without.
+double angle_offset_of(const Point& at);
 
 /// Rows that are judged together. Even in stretches: rows of neighbouring blocks are alike, so whole stretches are held
 /// out.

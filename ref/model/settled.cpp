@@ -32,14 +32,6 @@ void put_bends(const Point& at, Moment& m)
     m.bend_dd_H = g[0], m.bend_dq_H = g[1], m.bend_qq_H = g[3];
 }
 
-double angle_offset_of(const Point& at)
-{
-    double sum = 0.0;
-    for (const Term& t : at.terms)
-        if (t.input.law == Law::angle_offset) sum += t.weights[0];
-    return sum;
-}
-
 }  // namespace
 
 const std::vector<std::string>& SettledModel::base_names() const

@@ -564,12 +564,13 @@ void drop_idle(const TraceSetup& setup, const Judge& judge, Selection& s)
     }
 }
 
-/// A point fitted as `s.best`, with the noise of the logged columns taken off. Where that is as much as names an effect,
-/// the search has fitted noise: those go, the least first, without which no axis then leaves more than a part more.
-/// (E110)
-Refined drop_noise(const TraceSetup& setup, const Judge& judge, Selection& s)
+/// The best point, or the plain one where nothing is found, with the noise of the logged columns taken off. Where that is
+/// as much as names an effect, the search has fitted noise: those go, the least first, without which no axis then leaves
+/// more than a part more. (E110)
+Refined without_noise(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
     constexpr double kLeastPart = 0.05;  // as an effect must take to be named, (E45)
+    if (s.found.empty()) return s.plain;
     Refined best = without_column_noise(setup, *setup.full, s.best);
     while (!s.found.empty() && judge.rms(best.point) < (1.0 - kLeastPart) * judge.rms(s.best.point)) {
         const std::vector<double> with = judge.each(best.point);
@@ -590,7 +591,7 @@ Refined drop_noise(const TraceSetup& setup, const Judge& judge, Selection& s)
         leave_out(s, least, rest, "what it takes is the noise of the logged columns");
         best = std::move(off);
     }
-    return best;
+    return s.found.empty() ? s.plain : best;
 }
 
 /// Largest electrical angle within a period, rare extremes apart.
@@ -663,8 +664,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     drop_unknown(*setup, judge, s);
     drop_small(*setup, judge, found.exact, s);
     drop_idle(*setup, judge, s);
-    const Refined best = drop_noise(*setup, judge, s);
-    s.best = s.found.empty() ? s.plain : best;
+    s.best = without_noise(*setup, judge, s);
 
     TraceResult result;
     result.regime = setup->regime;
