@@ -310,6 +310,7 @@ struct ElectricalModel::Run {
     const Pass& pass;
     const Plant& plant;
     const ElectricalModel& model;
+    const Span& span;
     const Piece& piece;
     RowReader& rows;
     Row row, next;  ///< at a period's ends
@@ -323,11 +324,11 @@ struct ElectricalModel::Run {
     Units units;
     Gather gather;
 
-    Run(const Pass& p, const Piece& of, RowReader& reader)
-        : pass(p), plant(p.plant), model(plant.model), piece(of), rows(reader), row(rows.at(*of.log, of.begin)),
-          next(row), table(p.table(of)), columns(p.columns), first_gain(static_cast<std::size_t>(plant.at.base.size())),
-          first_input(first_gain + 2), lanes(static_cast<std::size_t>(columns)), s(lanes.size()),
-          gather(model.plan_, of, 2, p.sums)
+    Run(const Pass& p, const Span& of, RowReader& reader)
+        : pass(p), plant(p.plant), model(plant.model), span(of), piece(*of.piece), rows(reader),
+          row(rows.at(*piece.log, of.begin)), next(row), table(p.table(piece)), columns(p.columns),
+          first_gain(static_cast<std::size_t>(plant.at.base.size())), first_input(first_gain + 2),
+          lanes(static_cast<std::size_t>(columns)), s(lanes.size()), gather(model.plan_, of, 2, p.sums)
     {
     }
 
@@ -425,7 +426,7 @@ struct ElectricalModel::Run {
     /// Corrects the currents i by the error e of row k, and their derivatives.
     Vector2 correct(std::size_t k, Vector2 i, Vector2 e)
     {
-        const std::size_t n = k - piece.begin - 1;
+        const std::size_t n = k - span.begin - 1;
         const double k_d = pass.schedule[0].gain(n), k_q = pass.schedule[1].gain(n);
         for (Vector2& by : s) by.d *= 1.0 - k_d, by.q *= 1.0 - k_q;
         if (!s.empty()) {
@@ -439,7 +440,7 @@ struct ElectricalModel::Run {
     {
         Vector2 i{row.i_d_A, row.i_q_A};
         Held held = held_from(row);
-        for (std::size_t k = piece.begin; k + 1 < piece.end; ++k) {
+        for (std::size_t k = span.begin; k + 1 < span.end; ++k) {
             ask_at(k);
             next = rows.at(*piece.log, k + 1);
             const double dt = piece.period_s(k), w_m = 0.5 * (row.w_m_rad_s + next.w_m_rad_s),
@@ -611,15 +612,28 @@ void ElectricalModel::report_blocks(const std::vector<Point>& at, std::size_t ro
 
 bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const
 {
+    return work(at, candidates, spans_of(plan_), sums);
+}
+
+bool ElectricalModel::sweep_some(const Point& at, const std::vector<Input>* candidates, bool heldout,
+                                 std::vector<BlockSum>& sums) const
+{
+    const std::size_t lead = std::max(schedule(at, 0).forgets_in(), schedule(at, 1).forgets_in());
+    return work(at, candidates, spans_of(plan_, heldout, lead), sums);
+}
+
+bool ElectricalModel::work(const Point& at, const std::vector<Input>* candidates, const std::vector<Span>& spans,
+                           std::vector<BlockSum>& sums) const
+{
     sums = empty_sums(plan_.blocks.size(), 2, columns_of(at, candidates));
     if (!Plant(*this, at).in_domain()) return false;
     const Pass pass(*this, at, candidates, sums);
-    // A piece's blocks are its own: pieces are worked on side by side, and the sums do not depend on how.
+    // Blocks are of one span alone: these are worked on side by side, and the sums do not depend on how.
     std::atomic<bool> ok{true};
     side_by_side(
-        plan_.pieces.size(), [&] { return RowReader(noise_); },
-        [&](std::size_t p, RowReader& rows) {
-            if (!Run(pass, plan_.pieces[p], rows).run()) ok = false;
+        spans.size(), [&] { return RowReader(noise_); },
+        [&](std::size_t n, RowReader& rows) {
+            if (!Run(pass, spans[n], rows).run()) ok = false;
         });
     for (BlockSum& s : sums)
         for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();

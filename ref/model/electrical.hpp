@@ -4,7 +4,7 @@
 
 #include "ref/effect/columns.hpp"
 #include "ref/model/gain.hpp"
-#include "ref/model/model.hpp"
+#include "ref/model/plan.hpp"
 #include "ref/model/rows.hpp"
 
 namespace dqw {
@@ -39,12 +39,16 @@ public:
     void report_each(const std::vector<Point>& at, std::size_t rows,
                      const std::function<void(const std::vector<ReportBlock>&)>& visit) const override;
     bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
+    bool sweep_some(const Point& at, const std::vector<Input>* candidates, bool heldout,
+                    std::vector<BlockSum>& sums) const override;
 
 private:
     struct Plant;
     struct Pass;
     struct Run;
     struct Reporter;
+    bool work(const Point& at, const std::vector<Input>* candidates, const std::vector<Span>& spans,
+              std::vector<BlockSum>& sums) const;
     GainSchedule schedule(const Point& at, int axis) const;
     void report_blocks(const std::vector<Point>& at, std::size_t rows, const WantedBlock& wanted,
                        const std::function<void(const std::vector<ReportBlock>&)>& visit) const;

@@ -15,6 +15,8 @@ constexpr double kSteady = 1e-7, kSteadySlope = 1e-3;
 /// Of a gain, which a start's rows no longer differ by; of time constants, after which e^-8 of a start is left; and the
 /// least rate that is waited for, 8000 rows: kMostLeftOut ends it before.
 constexpr double kNearlySteady = 0.002, kForgotten = 8.0, kLeastRate = 1e-3;
+/// Of all rows, when what never forgets is taken for what never does.
+constexpr double kNever = 1e-6;
 
 double inside(double g) { return std::min(g, kInside); }
 
@@ -35,6 +37,15 @@ GainSchedule::GainSchedule(double steady, double rate_dt)
         slope_.push_back(steady_slope_ * dk);
         if (std::abs(k - g) < kSteady && std::abs(dk - 1.0) < kSteadySlope) break;
     }
+}
+
+std::size_t GainSchedule::forgets_in() const
+{
+    const auto steady = std::find_if(gain_.begin(), gain_.end(),
+                                     [&](double k) { return k - inside(steady_) <= kNearlySteady; });
+    const double rate = -std::log(decay_ * (1.0 - inside(steady_)));
+    return static_cast<std::size_t>(steady - gain_.begin()) +
+           static_cast<std::size_t>(kForgotten / std::max(rate, kNever));
 }
 
 StartWeights::StartWeights(const GainSchedule& schedule, bool count)

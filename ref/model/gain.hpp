@@ -19,6 +19,8 @@ public:
     /// K_{n+1}, and dK/dg.
     double gain(std::size_t n) const { return n < gain_.size() ? gain_[n] : steady_; }
     double slope(std::size_t n) const { return n < slope_.size() ? slope_[n] : steady_slope_; }
+    /// Rows after which a prediction shows no more where it began.
+    std::size_t forgets_in() const;
 
 private:
     friend struct StartWeights;

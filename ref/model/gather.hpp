@@ -2,9 +2,7 @@
 #ifndef DQW_REF_MODEL_GATHER_HPP
 #define DQW_REF_MODEL_GATHER_HPP
 
-#include <algorithm>
-
-#include "ref/model/model.hpp"
+#include "ref/model/plan.hpp"
 
 namespace dqw {
 
@@ -12,13 +10,10 @@ namespace dqw {
 /// of vectors. Fills the lower triangles.
 class Gather {
 public:
-    Gather(const Plan& plan, const Piece& piece, int channels, std::vector<BlockSum>& sums)
-        : blocks_(plan.blocks), sums_(sums), columns_(sums.empty() ? 0 : sums.front().gram.front().rows() - 1)
+    Gather(const Plan& plan, const Span& span, int channels, std::vector<BlockSum>& sums)
+        : blocks_(plan.blocks), sums_(sums), columns_(sums.empty() ? 0 : sums.front().gram.front().rows() - 1),
+          block_(span.first_block), end_(span.end_block)
     {
-        const auto of_piece = [&](const FineBlock& b) { return b.piece == &piece; };
-        const auto first = std::find_if(blocks_.begin(), blocks_.end(), of_piece);
-        block_ = static_cast<std::size_t>(first - blocks_.begin());
-        end_ = static_cast<std::size_t>(std::find_if_not(first, blocks_.end(), of_piece) - blocks_.begin());
         lines_.assign(static_cast<std::size_t>(channels), Eigen::MatrixXd(columns_ + 1, kChunk));
     }
 
@@ -52,8 +47,8 @@ private:
     const std::vector<FineBlock>& blocks_;
     std::vector<BlockSum>& sums_;
     Eigen::Index columns_, gathered_ = 0;
-    std::vector<Eigen::MatrixXd> lines_;
     std::size_t block_, end_;
+    std::vector<Eigen::MatrixXd> lines_;
 };
 
 }  // namespace dqw

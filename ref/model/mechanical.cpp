@@ -268,9 +268,10 @@ bool MechanicalModel::predict(const Point& at, const std::vector<Input>* candida
 {
     const GainSchedule schedule(at.gain[0], at.base[kB] / at.base[kJ] * dt_mean_s_);
     const Eigen::VectorXd inputs = Eigen::VectorXd::Zero(candidates == nullptr ? 0 : columns_of(at, candidates) - 3);
-    for (const Piece& piece : plan_.pieces) {
+    for (const Span& span : spans_of(plan_)) {
+        const Piece& piece = *span.piece;
         const auto number = static_cast<std::size_t>(piece.log - logs_.data());
-        Gather gather(plan_, piece, 1, sums);
+        Gather gather(plan_, span, 1, sums);
         Run run{*this,
                 at,
                 candidates,

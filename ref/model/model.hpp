@@ -96,6 +96,14 @@ public:
     /// Errors at `at`, with derivatives by its columns and by the weights (at zero) of `candidates`, or, where that is
     /// nullptr, without any. False outside the model's domain.
     virtual bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const = 0;
+    /// The same of the blocks that are held out, or of those that are not; the others' sums are empty where a model saves
+    /// work by it, and as they are where it does not.
+    virtual bool sweep_some(const Point& at, const std::vector<Input>* candidates, bool heldout,
+                            std::vector<BlockSum>& sums) const
+    {
+        (void)heldout;
+        return sweep(at, candidates, sums);
+    }
 
     bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
     {

@@ -32,6 +32,32 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
     return plan;
 }
 
+std::vector<Span> spans_of(const Plan& plan)
+{
+    std::vector<Span> out;
+    std::size_t block = 0;
+    for (const Piece& piece : plan.pieces) {
+        const std::size_t first = block;
+        while (block < plan.blocks.size() && plan.blocks[block].piece == &piece) ++block;
+        out.push_back({&piece, piece.begin, piece.end, first, block});
+    }
+    return out;
+}
+
+std::vector<Span> spans_of(const Plan& plan, bool heldout, std::size_t lead)
+{
+    std::vector<Span> out;
+    for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
+        const FineBlock& block = plan.blocks[b];
+        if (block.heldout != heldout) continue;
+        const std::size_t begin = std::max(block.begin, block.piece->begin + lead) - lead;
+        if (out.empty() || out.back().piece != block.piece || begin > out.back().end)
+            out.push_back({block.piece, begin, 0, b, 0});
+        out.back().end = block.end, out.back().end_block = b + 1;
+    }
+    return out;
+}
+
 // Of a deviation's blocks: five rows each at least where they are few; of 64 a variance scatters by a sixth.
 int block_count(std::size_t rows) { return static_cast<int>(std::clamp<std::size_t>(rows / 5, 4, 64)); }
 

@@ -120,8 +120,7 @@ bool needed(const Model& model, const Refined& without, const Refined& with, con
 }
 
 struct Screened {
-    double seen = -HUGE_VAL, heldout = -HUGE_VAL;
-    double gain = 0.0;
+    double seen = -HUGE_VAL, gain = 0.0;
     Eigen::VectorXd weights;
     Point point;  ///< the linear step's end
     const Candidate* candidate = nullptr;
@@ -151,7 +150,7 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
             continue;
         std::vector<BlockSum> sums;
         if (options.tick) options.tick();
-        if (!model.pass(there, inputs, sums)) continue;
+        if (!model.sweep_some(there, &inputs, false, sums)) continue;
         const Seen seen = seen_of(model, sums);
         const Prior prior = prior_of(there, inputs);
         for (std::size_t c = 0; c < candidates.size(); ++c) {
@@ -165,7 +164,7 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
             Point end = there;
             end.set(there.values() + delta.head(at.columns()));
             const Eigen::VectorXd weights = delta.segment(first[c], n);
-            out[c] = {left.seen, left.heldout, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
+            out[c] = {left.seen, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
         }
     }
     return out;
@@ -189,10 +188,10 @@ Tried attempt(const Model& model, const Refined& base, const Screened& s, double
     Point start = joined(base.point, t.candidate, &s.weights);
     if (s.gain > 0.0) start.gain.setConstant(s.gain);
     int passes = idle ? 1 : kPasses;
-    Refined first = swept(model, start);
+    Refined first = swept_seen(model, start);
     if (!first.ok || first.left.seen < base.left.seen) {
         // Where the linear step leads astray, the effect grows from nothing, in more passes.
-        first = swept(model, joined(base.point, t.candidate, nullptr));
+        first = swept_seen(model, joined(base.point, t.candidate, nullptr));
         if (!idle) passes = 3 * kPasses;
     }
     t.refined = refine(model, std::move(first), passes, worth);
@@ -273,7 +272,7 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
     std::vector<Screened> screened = screen(model, base.point, open, options);
     // Modulations are alike in a linear step from no shift: the first, which is the most common, goes before.
     std::stable_sort(screened.begin(), screened.end(),
-                     [](const Screened& a, const Screened& b) { return a.heldout > b.heldout; });
+                     [](const Screened& a, const Screened& b) { return a.seen > b.seen; });
     std::vector<Tried> tried;
     std::map<std::string, std::vector<int>> seen;
     std::set<std::string> refined, told;

@@ -357,14 +357,30 @@ Refined stepped(const Model& model, Refined at, const Eigen::VectorXd& values)
     return at;
 }
 
-/// A point as it is, without derivatives.
+/// The errors of the rows seen at a point as it is, without derivatives.
 Refined errors_at(const Model& model, const Point& at)
 {
     Refined out;
     out.point = at;
-    out.ok = model.sweep(at, nullptr, out.sums);
+    out.ok = model.sweep_some(at, nullptr, false, out.sums);
     if (out.ok) out.left = left_of(model, out.sums);
     return out;
+}
+
+/// With the rows held out, where sweeps have left them out.
+Refined completed(const Model& model, Refined at)
+{
+    const auto& blocks = model.plan().blocks;
+    std::vector<std::size_t> missing;
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+        if (blocks[b].heldout && at.ok && !(at.sums[b].rows > 0.0)) missing.push_back(b);
+    const std::vector<Input> none;
+    std::vector<BlockSum> heldout;
+    if (missing.empty()) return at;
+    at.ok = model.sweep_some(at.point, &none, true, heldout);
+    for (const std::size_t b : missing) at.sums[b] = std::move(heldout[b]);
+    if (at.ok) at.left = left_of(model, at.sums);
+    return at;
 }
 
 }  // namespace
@@ -374,6 +390,16 @@ Refined swept(const Model& model, const Point& at)
     Refined out;
     out.point = at;
     out.ok = model.pass(at, {}, out.sums);
+    if (out.ok) out.left = left_of(model, out.sums);
+    return out;
+}
+
+Refined swept_seen(const Model& model, const Point& at)
+{
+    Refined out;
+    out.point = at;
+    const std::vector<Input> none;
+    out.ok = model.sweep_some(at, &none, false, out.sums);
     if (out.ok) out.left = left_of(model, out.sums);
     return out;
 }
@@ -412,8 +438,8 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
                                  : promised;
         const Point& there = end.point;
         // After a step that failed the next often does too, which errors alone tell; within rounding they may not.
-        Refined trial = failed ? errors_at(model, there) : swept(model, there);
-        if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept(model, there);
+        Refined trial = failed ? errors_at(model, there) : swept_seen(model, there);
+        if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept_seen(model, there);
         const double gained = gain_of(trial);
         const bool had_failed = std::exchange(failed, !(trial.ok && gained > 0.0));
         gains.push_back(std::max(gained, whole));
@@ -431,7 +457,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
             best.left.seen + left * *std::max_element(gains.end() - kTelling, gains.end()) < worth)
             break;
     }
-    return best;
+    return completed(model, std::move(best));
 }
 
 Refined take_off_noise(const Model& model, const Refined& refined, const AddedScores& added)

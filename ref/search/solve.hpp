@@ -67,6 +67,8 @@ struct Refined {
 
 /// A point as it is; not ok outside the model's domain.
 Refined swept(const Model& model, const Point& at);
+/// The same of the rows seen: a start of refine(), for which those held out do not matter.
+Refined swept_seen(const Model& model, const Point& at);
 
 /// Gauss-Newton from `start`, damped and within what a linear step tells, at most `passes` passes, of which a start that
 /// was swept has had one; a last step that gains next to nothing is linear, and takes none. Gains stay within
@@ -75,7 +77,7 @@ Refined swept(const Model& model, const Point& at);
 Refined refine(const Model& model, Refined start, int passes, double worth = -HUGE_VAL);
 inline Refined refine(const Model& model, const Point& start, int passes, double worth = -HUGE_VAL)
 {
-    return refine(model, swept(model, start), passes, worth);
+    return refine(model, swept_seen(model, start), passes, worth);
 }
 
 /// What noise of columns adds to the scores of the rows seen, one column a channel, where its squared errors have that
