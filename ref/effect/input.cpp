@@ -600,18 +600,18 @@ void add_turned(double c, double s, const double of[4], double to[4])
 /// ahead. (E179)
 Moment in_rotors_frame(Moment m)
 {
-    const double c = std::cos(m.ahead_rad), s = std::sin(m.ahead_rad);
-    m.ahead_rad = 0.0;
-    const auto turn = [c, s](double& d, double& q) {
-        const double of_d = d;
-        d = c * of_d - s * q, q = s * of_d + c * q;
+    const Angle ahead = m.ahead;
+    m.ahead = Angle();
+    const auto turn = [&ahead](double& d, double& q) {
+        const Vector2 x = ahead.on({d, q});
+        d = x.d, q = x.q;
     };
     turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q);
-    turn(m.v_next.d, m.v_next.q), turn(m.v_now.d, m.v_now.q);
-    for (Vector2& v : m.change) turn(v.d, v.q);
-    for (Vector2& v : m.turned) turn(v.d, v.q);
-    const double cos_e = m.cos_e;
-    m.cos_e = c * cos_e + s * m.sin_e, m.sin_e = c * m.sin_e - s * cos_e;
+    for (Vector2* v : {&m.v_next, &m.v_now}) *v = ahead.on(*v);
+    for (Vector2& v : m.change) v = ahead.on(v);
+    for (Vector2& v : m.turned) v = ahead.on(v);
+    const Vector2 e = ahead.back({m.cos_e, m.sin_e});
+    m.cos_e = e.d, m.sin_e = e.q;
     return m;
 }
 
@@ -643,11 +643,9 @@ std::size_t free_shape_of(const Input& input, int n)
 void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], const double weights[])
 {
     const int count = weights_of(input.law);
-    if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
+    if (at.ahead.rad != 0.0 && lies_in_rotor(input)) {
         evaluate(input, in_rotors_frame(at), f, g, weights);
-        const double c = std::cos(at.ahead_rad), s = std::sin(at.ahead_rad);
-        const auto back = [c, s](Vector2 x) { return Vector2{c * x.d + s * x.q, c * x.q - s * x.d}; };
-        for (int j = 0; j < count; ++j) f[j] = back(f[j]), g[j] = back(g[j]);
+        for (int j = 0; j < count; ++j) f[j] = at.ahead.back(f[j]), g[j] = at.ahead.back(g[j]);
         return;
     }
     for (int j = 0; j < count; ++j) f[j] = g[j] = {};
@@ -778,10 +776,10 @@ void add_up(const Input& input, const double weights[], int count, const Moment&
 
 void evaluate_sum(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g)
 {
-    if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
+    if (at.ahead.rad != 0.0 && lies_in_rotor(input)) {
         Vector2 of_f, of_g;
         evaluate_sum(input, weights, in_rotors_frame(at), of_f, of_g);
-        f = plus(f, 1.0, turned_by(-at.ahead_rad, of_f)), g = plus(g, 1.0, turned_by(-at.ahead_rad, of_g));
+        f = plus(f, 1.0, at.ahead.back(of_f)), g = plus(g, 1.0, at.ahead.back(of_g));
         return;
     }
     if (input.law == Law::angle_offset) {
@@ -826,10 +824,10 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
 
 void evaluate_slope(const Input& input, const double weights[], const Moment& at, double f_slope[4], double g_slope[4])
 {
-    if (at.ahead_rad != 0.0 && lies_in_rotor(input)) {
+    if (at.ahead.rad != 0.0 && lies_in_rotor(input)) {
         double by_f[4] = {}, by_g[4] = {};
         evaluate_slope(input, weights, in_rotors_frame(at), by_f, by_g);
-        const double c = std::cos(at.ahead_rad), s = -std::sin(at.ahead_rad);
+        const double c = at.ahead.cos, s = -at.ahead.sin;
         add_turned(c, s, by_f, f_slope), add_turned(c, s, by_g, g_slope);
         return;
     }
@@ -962,7 +960,7 @@ void evaluate_with_slope(const Input& input, const double weights[], const Momen
     if (is_dead_time(input.law) && !input.averaged) {
         const bool edges = input.loss == LossLaw::edges;
         if (!edges && at.ends) return lost_with_slope(input, weights, at, f, f_slope);
-        if (edges && at.starts && at.ahead_rad == 0.0) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
+        if (edges && at.starts && at.ahead.rad == 0.0) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
     }
     evaluate_sum(input, weights, at, f, g);
     evaluate_slope(input, weights, at, f_slope, g_slope);

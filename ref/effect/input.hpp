@@ -4,6 +4,7 @@
 #define DQW_REF_EFFECT_INPUT_HPP
 
 #include <array>
+#include <cmath>
 
 #include "ref/effect/effect.hpp"
 #include "ref/effect/flux_map.hpp"
@@ -54,6 +55,15 @@ struct Vector2 {
 };
 Vector2 turned_by(double angle, Vector2 x);
 
+/// An angle, whose cosine and sine cost more than what is turned by it.
+struct Angle {
+    double rad = 0, cos = 1, sin = 0;
+    Angle() = default;
+    explicit Angle(double angle) : rad(angle), cos(std::cos(angle)), sin(std::sin(angle)) {}
+    Vector2 on(Vector2 x) const { return {cos * x.d - sin * x.q, sin * x.d + cos * x.q}; }
+    Vector2 back(Vector2 x) const { return {cos * x.d + sin * x.q, cos * x.q - sin * x.d}; }
+};
+
 /// What a sample holds for an input. Voltages: v of the period, v_end as the rotor sees it at this sample, change[0]: v
 /// less the last row's stationary voltage as seen in this period, change[1]: that less the one before ...
 struct Moment {
@@ -67,7 +77,7 @@ struct Moment {
     double v_dc = 0;
     double period_s = 0;
     double lag_s = 0;      ///< of a filter that all of the line's current passes
-    double ahead_rad = 0;  ///< of the rotor, what the angle is in whose frame all of this is seen
+    Angle ahead;           ///< of the rotor, what the angle is in whose frame all of this is seen
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;

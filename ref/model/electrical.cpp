@@ -107,7 +107,7 @@ struct ElectricalModel::Plant {
     bool asks_next = false;    ///< for the voltage that begins at a row
     bool asks_before = false;  ///< for the currents of the row before a period
     double lag_s = 0.0;        ///< of the currents' filter
-    double ahead_rad = 0.0;    ///< what the angle is of the rotor
+    Angle ahead;               ///< what the angle is of the rotor
     double ahead_s = 0.0;      ///< the same, of a later instant
     double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
@@ -115,7 +115,7 @@ struct ElectricalModel::Plant {
         : model(m), at(p), R(p.base[kR]), Ld(p.base[kLd]), Lq(p.base[kLq]), psi(p.base[kPsi]),
           pole_pairs(p.base.size() > kPolePairs ? p.base[kPolePairs] : m.pole_pairs_)
     {
-        ahead_rad = angle_offset_of(at);
+        ahead = Angle(angle_offset_of(at));
         for (const Term& t : at.terms) {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
@@ -160,7 +160,8 @@ struct ElectricalModel::Plant {
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
-        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.ahead_rad = ahead_rad + ahead_s * m.w_e;
+        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s;
+        m.ahead = ahead_s == 0.0 ? ahead : Angle(ahead.rad + ahead_s * m.w_e);
         put_bend(m);
         if (asks_before) put_before(m, piece, k);
         return m;
@@ -187,10 +188,10 @@ struct ElectricalModel::Plant {
         if (!bends_iron || !(draws || swings)) return;
         // Of the current that shorts the magnet, or of what flows: a difference of slopes bends by as little.
         constexpr double kPart = 1e-4;
-        const Vector2 i = turned_by(m.ahead_rad, {m.i_d, m.i_q});
+        const Vector2 i = m.ahead.on({m.i_d, m.i_q});
         const auto slope = [&](double i_d, double i_q) {
             Moment there = m;
-            there.ahead_rad = 0.0, there.i_d = i_d, there.i_q = i_q;
+            there.ahead = Angle(), there.i_d = i_d, there.i_q = i_q;
             std::array<double, 4> f{}, g{};
             for (const Term& t : at.terms)
                 if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), there, f.data(), g.data());

@@ -13,7 +13,8 @@ namespace {
 Eigen::MatrixXd seen_scores(const Model& model, const Point& at, double& rows)
 {
     std::vector<BlockSum> sums;
-    if (!model.pass(at, {}, sums)) return {};
+    const std::vector<Input> none;
+    if (!model.sweep_some(at, &none, false, sums)) return {};
     const Eigen::Index last = at.columns();
     Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(last + 1, model.channels());
     rows = 0.0;
@@ -30,7 +31,7 @@ Eigen::MatrixXd seen_scores(const Model& model, const Point& at, double& rows)
 Eigen::VectorXd seen_squares(const Model& model, const Point& at)
 {
     std::vector<BlockSum> sums;
-    if (!model.sweep(at, nullptr, sums)) return {};
+    if (!model.sweep_some(at, nullptr, false, sums)) return {};
     Eigen::VectorXd square = Eigen::VectorXd::Zero(model.channels());
     double rows = 0.0;
     for (std::size_t b = 0; b < sums.size(); ++b) {

@@ -345,7 +345,7 @@ std::vector<FluxNode> nodes_of(const Refined& r, const Deviations& of, const Flu
     const Point& at = r.point;
     std::vector<FluxNode> nodes;
     Moment m;
-    m.ahead_rad = angle_offset_of(at);
+    m.ahead = Angle(angle_offset_of(at));
     m.R = at.base[0], m.Ld = at.base[1], m.Lq = at.base[2], m.psi = at.base[3];
     for (const double i_d : grid.i_d_A)
         for (const double i_q : grid.i_q_A) {

@@ -392,7 +392,7 @@ void a_filter_beside_an_angle_that_is_ahead()
     const double tau[] = {1e-4}, step = 1e-3;
     const auto at = [](Complex i) {
         Moment m = moment(i);
-        m.v_end_d = -3.0, m.v_end_q = 8.0, m.change[0] = {2.0, -1.0}, m.ahead_rad = 0.3;
+        m.v_end_d = -3.0, m.v_end_q = 8.0, m.change[0] = {2.0, -1.0}, m.ahead = dqw::Angle(0.3);
         return m;
     };
     const Complex i(-3.0, 20.0);
@@ -416,7 +416,7 @@ void laws_beside_an_angle_that_is_ahead()
 {
     const double ahead = 0.3, c = std::cos(ahead), s = std::sin(ahead), weight[] = {-1e-4};
     Moment m = moment({-3.0, 20.0});
-    m.ahead_rad = ahead, m.heat_K = 50.0;
+    m.ahead = dqw::Angle(ahead), m.heat_K = 50.0;
     Vector2 f, g, each_f[4], each_g[4];
     dqw::evaluate_sum({Law::magnet_temperature, {}}, weight, m, f, g);
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, -5e-3 * c, g.d);
@@ -442,13 +442,13 @@ void iron_beside_an_angle_that_is_ahead()
     for (const Input& input : inputs) {
         const auto flux = [&](Complex of) {
             Moment m = moment(of);
-            m.ahead_rad = 0.3;
+            m.ahead = dqw::Angle(0.3);
             Vector2 f, g;
             dqw::evaluate_sum(input, weights, m, f, g);
             return Complex(g.d, g.q);
         };
         Moment m = moment(i), rotor = moment(i * turned(0.3));
-        m.ahead_rad = 0.3;
+        m.ahead = dqw::Angle(0.3);
         double by_f[4] = {}, by_g[4] = {};
         dqw::evaluate_slope(input, weights, m, by_f, by_g);
         Vector2 f, g;
