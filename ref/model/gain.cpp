@@ -45,7 +45,7 @@ std::size_t GainSchedule::forgets_in() const
                                      [&](double k) { return k - inside(steady_) <= kNearlySteady; });
     const double rate = -std::log(decay_ * (1.0 - inside(steady_)));
     return static_cast<std::size_t>(steady - gain_.begin()) +
-           static_cast<std::size_t>(kForgotten / std::max(rate, kNever));
+           static_cast<std::size_t>(std::ceil(kForgotten / std::max(rate, kNever)));
 }
 
 StartWeights::StartWeights(const GainSchedule& schedule, bool count)

@@ -23,7 +23,6 @@ std::vector<Span> spans_of(const Plan& plan);
 /// piece's start; those that then meet are one, with what is between them.
 std::vector<Span> spans_of(const Plan& plan, bool heldout, std::size_t lead);
 
-
 /// Blocks whose scores show whether `rows` rows are white, and the one that a row is in.
 int block_count(std::size_t rows);
 std::size_t block_of(std::size_t row, std::size_t rows);
