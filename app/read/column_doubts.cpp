@@ -359,7 +359,8 @@ std::vector<Doubt> column_doubts(const SpeedProbe& probe, const Machine& machine
         return true;
     };
     if (probe.rows < 3) return doubts;
-    const bool angle_is_off = add(angle_unit(probe, col_theta_e)) | add(angle_unit(probe, col_theta_m));
+    const bool electrical_is_off = add(angle_unit(probe, col_theta_e)),
+               shaft_is_off = add(angle_unit(probe, col_theta_m)), angle_is_off = electrical_is_off || shaft_is_off;
     bool settled = false;
     if (!angle_is_off) {
         if (!add(by_angle(probe, col_theta_m, 1.0, machine.pole_pairs, settled)) && !settled)

@@ -201,7 +201,9 @@ void what_pulses_leave_at_the_end_of_a_period()
     const std::pair<dqw::Modulation, Pulses> cases[] = {{dqw::Modulation::clamped_high, {{1.0, 0.35, 0.6}, 80.0}},
                                                         {dqw::Modulation::clamped_low, {{0.7, 0.0, 0.9}, 80.0}},
                                                         {dqw::Modulation::centred, {{0.2, 0.8, 0.6}, 80.0}}};
-    for (const auto& [modulation, pulses] : cases) {
+    for (const auto& [modulation, legs] : cases) {
+        // C++17 lets no lambda capture a name of a binding.
+        const Pulses& pulses = legs;
         const auto end = [&](bool pulsed) {
             Machine m{flux({3.0, -7.0}, 0.0), 0.0, 0.0};
             constexpr int kSteps = 5000;
