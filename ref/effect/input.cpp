@@ -384,17 +384,44 @@ Vector2 settled_iron(const Input& input, const Moment& at)
     return g;
 }
 
+/// Of one volt behind R in pulses, what a conductance whose current follows in tau_s carries at the sample beyond what it
+/// carries of their mean. (E181)
+Vector2 pulsed_iron(const Moment& m, double tau_s)
+{
+    Moment seen;
+    const Input& pulses = *m.pulses;
+    const Moment& at = turned(pulses, m, seen);
+    const Phases v = phases_of(at.cos_e * at.v_end_d - at.sin_e * at.v_end_q,
+                               at.sin_e * at.v_end_d + at.cos_e * at.v_end_q);
+    const double each_V[3] = {v.a, v.b, v.c}, link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc;
+    const Duties duty(pulses.modulation, each_V, link);
+    double of[3];
+    for (int leg = 0; leg < 3; ++leg) of[leg] = link / tau_s * filtered_beyond_mean(duty.of[leg], tau_s, at.period_s);
+    return of_phases(at, of[0], of[1], of[2]);
+}
+
 /// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
 /// within a period is not half-way between its ends. (E52)
 void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
 {
     if (at.settled) return void(g = settled_iron(input, at));
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
-    const Vector2 late = on_the_way(at, periods * at.period_s + at.lag_s);
-    g = {-at.Ld * (at.v_end_d - at.R * at.i_d - late.d), -at.Lq * (at.v_end_q - at.R * at.i_q - late.q)};
+    const double tau = periods * at.period_s + at.lag_s;
+    const Vector2 late = on_the_way(at, tau), v{at.v_end_d - late.d, at.v_end_q - late.q}, i{at.i_d, at.i_q};
+    Vector2 e = plus(v, -at.R, i);
+    if (periods > 0.0) {
+        // What R takes is late as well, by what the currents ran in that time, seen from the stator.
+        const Vector2 slope = slope_of(at, v, i, at.psi);
+        e = plus(e, at.R * tau, {slope.d - at.w_e * i.q, slope.q + at.w_e * i.d});
+    }
+    g = {-at.Ld * e.d, -at.Lq * e.q};
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
     double part = 1.0;
     for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
+    if (at.pulses == nullptr || !(periods > 0.0)) return;
+    Vector2 of_f, of_g;
+    drawn(at, pulsed_iron(at, periods * at.period_s + at.lag_s), of_f, of_g);
+    f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
 /// Of a voltage `by` times J r, r a flux, what the iron draws where it has the flux of the current that it leaves.
@@ -620,13 +647,17 @@ bool fits_link(const Input& input)
     return is_dead_time(input.law) && input.loss == LossLaw::edges && input.shape[2] > 0.0;
 }
 
+/// Eddies whose current follows in shape[0] periods.
+bool follows_late(const Input& input) { return input.law == Law::iron_loss && input.shape[0] > 0.0; }
+
 }  // namespace
 
 int free_shapes_of(const Input& input)
 {
     const Shape shape = effect_of(input.law).shape;
     const int free = shape == Shape::pulses && input.shape[0] > 0.0 ? 1 : free_of(shape);
-    return free + (input.free_angle ? 1 : 0) + (fits_link(input) ? 1 : 0) + (shape == Shape::two_widths ? 1 : 0);
+    return free + (input.free_angle ? 1 : 0) + (fits_link(input) ? 1 : 0) + (shape == Shape::two_widths ? 1 : 0) +
+           (follows_late(input) ? 1 : 0);
 }
 
 std::size_t free_shape_of(const Input& input, int n)

@@ -93,6 +93,7 @@ struct Moment {
     double bow_d = 0;  ///< the same on average, in the rotor's frame: the magnet turns while the voltage is held
     double held_alpha = 0, held_beta = 0;  ///< the voltage of its middle, stationary
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
+    const Input* pulses = nullptr;         ///< the legs' pulses in which the voltage comes, where they are in the model
 };
 
 /// f and g of one unit of each weight, as many as the law has, (E51) to (E53); of a delay, and of iron that turning

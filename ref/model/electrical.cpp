@@ -101,14 +101,14 @@ struct ElectricalModel::Plant {
     const ElectricalModel& model;
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
-    bool bends_iron = false;   ///< any term
-    bool draws = false;        ///< currents from the winding itself, whose flux follows the iron's bend
-    bool swings = false;       ///< currents with the legs' pulses about what their mean voltage runs
-    bool asks_next = false;    ///< for the voltage that begins at a row
-    bool asks_before = false;  ///< for the currents of the row before a period
-    double lag_s = 0.0;        ///< of the currents' filter
-    Angle ahead;               ///< what the angle is of the rotor
-    double ahead_s = 0.0;      ///< the same, of a later instant
+    bool bends_iron = false;        ///< any term
+    bool draws = false;             ///< currents from the winding itself, whose flux follows the iron's bend
+    const Input* pulses = nullptr;  ///< of the legs, about what their mean voltage runs
+    bool asks_next = false;         ///< for the voltage that begins at a row
+    bool asks_before = false;       ///< for the currents of the row before a period
+    double lag_s = 0.0;             ///< of the currents' filter
+    Angle ahead;                    ///< what the angle is of the rotor
+    double ahead_s = 0.0;           ///< the same, of a later instant
     double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
@@ -121,7 +121,8 @@ struct ElectricalModel::Plant {
             if (filters_currents(t.input)) lag_s += t.weights[0];
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
             bends_iron = bends_iron || bends(t.input.law);
-            draws = draws || t.input.law == Law::turn_short, swings = swings || t.input.law == Law::pulses;
+            draws = draws || t.input.law == Law::turn_short;
+            if (t.input.law == Law::pulses) pulses = &t.input;
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
         }
@@ -160,7 +161,7 @@ struct ElectricalModel::Plant {
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
-        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s;
+        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.pulses = pulses;
         m.ahead = ahead_s == 0.0 ? ahead : Angle(ahead.rad + ahead_s * m.w_e);
         put_bend(m);
         if (asks_before) put_before(m, piece, k);
@@ -185,7 +186,7 @@ struct ElectricalModel::Plant {
     /// Along the rotor's axes, where a term asks for it.
     void put_bend(Moment& m) const
     {
-        if (!bends_iron || !(draws || swings)) return;
+        if (!bends_iron || !(draws || pulses != nullptr)) return;
         // Of the current that shorts the magnet, or of what flows: a difference of slopes bends by as little.
         constexpr double kPart = 1e-4;
         const Vector2 i = m.ahead.on({m.i_d, m.i_q});
@@ -199,7 +200,7 @@ struct ElectricalModel::Plant {
         };
         const std::array<double, 4> here = slope(i.d, i.q);
         m.bend_dd_H = here[0], m.bend_dq_H = here[1], m.bend_qq_H = here[3];
-        if (!swings) return;
+        if (pulses == nullptr) return;
         const double step = kPart * std::max(std::abs(psi) / std::min(Ld, Lq), std::hypot(i.d, i.q));
         const std::array<double, 4> by_d = slope(i.d + step, i.q), by_q = slope(i.d, i.q + step);
         for (const int n : {0, 1, 2}) {

@@ -441,24 +441,33 @@ bool by_same_legs(Point& at, const Input& pulses)
     return true;
 }
 
+/// Whether eddies follow the voltage, of whose pulses they hold more or less than of its mean.
+bool holds_pulses(const Point& at)
+{
+    return std::any_of(at.terms.begin(), at.terms.end(),
+                       [](const Term& t) { return t.input.law == Law::iron_loss && t.input.shape[0] > 0.0; });
+}
+
 /// The legs' pulses within a period, where the rows held out confirm them as they would an effect; nothing of them is
-/// fitted.
+/// fitted but a link without a column. What eddies hold of them moves the machine's parameters rather than the residual:
+/// there a gain that is hardly chance is enough.
 bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
 {
+    constexpr double kHardlyChance = 2.0;  // deviations, and kLeastNats
     if (!options.pulses || has(at.point, name_of(Law::pulses))) return false;
-    constexpr int kFew = 2;  // the machine's parameters move by some permille
     Refined best;
     for (const Input& input : options.pulses(at.point)) {
         Point there = at.point;
         if (!by_same_legs(there, input)) continue;
         there.terms.push_back({input, {}});
-        Refined r = refine(model, there, kFew);
+        Refined r = refine(model, there, kPasses, best.ok ? best.left.seen : at.left.seen);
         if (options.tick) options.tick();
         if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
     }
     if (!best.ok) return false;
-    best = refine(model, std::move(best), kPasses);
-    if (!best.ok || !needed(model, at, best, options)) return false;
+    const Better gain = better(model, at.left, best.left);
+    const bool hardly_chance = holds_pulses(at.point) && gain.nats >= kLeastNats && gain.t >= kHardlyChance;
+    if (!hardly_chance && !needed(model, at, best, options)) return false;
     at = std::move(best);
     return true;
 }

@@ -326,8 +326,10 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
         }
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
     const std::vector<double> each = judge.each(at);
-    // Of iron that bends the currents' swings do more.
-    const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); });
+    // Of iron that bends the currents' swings do more, and so does what eddies hold of the last edge.
+    const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) {
+        return bends(t.input.law) || (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0);
+    });
     if (!bent && rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
     // The angle is fitted as well. Without one the phases look the same every third of a turn, and half a
     // turn on with high for low.
