@@ -338,34 +338,59 @@ Vector2 on_the_way(const Moment& at, double tau_s)
 /// A filter as slow as the winding is none of a drive's: slower ones are taken as this part of it.
 constexpr double kMostOfWinding = 0.9;
 
-/// What a filtered current has more than the true one: all of it in the run of a voltage that does not jump, less what
-/// of its jumps at the last rows has not come through. (E117)
+/// A filter of the currents beside what a voltage runs: all of it while that does not jump, less what of its jumps at the
+/// last rows has not come through. (E117)
+struct Behind {
+    using Complex = std::complex<double>;
+
+    Filtered filter;
+    Complex run;
+
+    Behind(const Moment& at, double tau) : filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau)
+    {
+        const double turn = at.w_e * at.period_s, half = 0.5 * turn,
+                     kept = tau > 0.0 ? left_after(at.period_s / tau) : 0.0;
+        double part = 1.0;
+        if (kept > 0.0) {
+            const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half),
+                          back = std::polar(1.0, -2.0 * turn);
+            Complex turned = 1.0;
+            // The row at which a period starts ends the one before: its last jump is one further back.
+            for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
+                turned *= back;
+                run += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), turned);
+            }
+        }
+        run += filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant;
+    }
+};
+
+/// What of a filter's time constant a winding's response allows.
+double within_winding(const Moment& at, double tau_s)
+{
+    return at.R > 0.0 ? std::min(tau_s, kMostOfWinding * std::min(at.Ld, at.Lq) / at.R) : tau_s;
+}
+
+/// What a filtered current has more than the true one. (E117)
 Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
 {
     using Complex = std::complex<double>;
-    const double most = at.R > 0.0 ? kMostOfWinding * std::min(at.Ld, at.Lq) / at.R : HUGE_VAL,
-                 tau = std::min(tau_s, most);
-    const Filtered filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau);
-    const double turn = at.w_e * at.period_s, half = 0.5 * turn, kept = tau > 0.0 ? left_after(at.period_s / tau) : 0.0;
-    Complex missing;
-    double part = 1.0;
-    if (kept > 0.0) {
-        const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half),
-                      back = std::polar(1.0, -2.0 * turn);
-        Complex turned = 1.0;
-        // The row at which a period starts ends the one before: its last jump is one further back.
-        for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
-            turned *= back;
-            missing += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), turned);
-        }
-    }
-    const Complex told(at.i_d, at.i_q), run = filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant + missing;
-    const Complex more = told - filter.current(told - run);
+    const Behind behind(at, within_winding(at, tau_s));
+    const Complex told(at.i_d, at.i_q), more = told - behind.filter.current(told - behind.run);
     if (slope != nullptr) {
-        const Complex by_d = 1.0 - filter.current(1.0), by_q = Complex(0.0, 1.0) - filter.current(Complex(0.0, 1.0));
+        const Complex by_d = 1.0 - behind.filter.current(1.0),
+                      by_q = Complex(0.0, 1.0) - behind.filter.current(Complex(0.0, 1.0));
         slope[0] = by_d.real(), slope[1] = by_q.real(), slope[2] = by_d.imag(), slope[3] = by_q.imag();
     }
     return {more.real(), more.imag()};
+}
+
+/// What the true current has more than a filter of it would tell.
+Vector2 late_current(const Moment& at, double tau_s)
+{
+    const Behind behind(at, within_winding(at, tau_s));
+    const std::complex<double> i(at.i_d, at.i_q), late = i - (behind.filter.of_i(i) + behind.run);
+    return {late.real(), late.imag()};
 }
 
 /// Of settled points: a conductance across the voltage behind R, or one whose current goes with the voltage's root, or
@@ -384,15 +409,14 @@ Vector2 settled_iron(const Input& input, const Moment& at)
     return g;
 }
 
-/// Of one volt behind R in pulses, what a conductance whose current follows in tau_s carries at the sample beyond what it
-/// carries of their mean. (E181)
-Vector2 pulsed_iron(const Moment& m, double tau_s)
+/// Of one siemens whose current follows in tau_s, what it carries of pulses at the sample beyond what it does of their
+/// mean, of which `come` has come through. (E181)
+Vector2 pulsed_iron(const Moment& m, double tau_s, Vector2 come)
 {
     Moment seen;
     const Input& pulses = *m.pulses;
     const Moment& at = turned(pulses, m, seen);
-    const Phases v = phases_of(at.cos_e * at.v_end_d - at.sin_e * at.v_end_q,
-                               at.sin_e * at.v_end_d + at.cos_e * at.v_end_q);
+    const Phases v = phases_of(at.cos_e * come.d - at.sin_e * come.q, at.sin_e * come.d + at.cos_e * come.q);
     const double each_V[3] = {v.a, v.b, v.c}, link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc;
     const Duties duty(pulses.modulation, each_V, link);
     double of[3];
@@ -402,17 +426,19 @@ Vector2 pulsed_iron(const Moment& m, double tau_s)
 
 /// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
 /// within a period is not half-way between its ends. (E52)
-void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
+void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vector2& g)
 {
     if (at.settled) return void(g = settled_iron(input, at));
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
     const double tau = periods * at.period_s + at.lag_s;
-    const Vector2 late = on_the_way(at, tau), v{at.v_end_d - late.d, at.v_end_q - late.q}, i{at.i_d, at.i_q};
-    Vector2 e = plus(v, -at.R, i);
+    const Vector2 late = on_the_way(at, tau);
+    Vector2 e{at.v_end_d - late.d - at.R * at.i_d, at.v_end_q - late.q - at.R * at.i_q};
     if (periods > 0.0) {
-        // What R takes is late as well, by what the currents ran in that time, seen from the stator.
-        const Vector2 slope = slope_of(at, v, i, at.psi);
-        e = plus(e, at.R * tau, {slope.d - at.w_e * i.q, slope.q + at.w_e * i.d});
+        // What R takes of the winding's current is late as well.
+        Moment winding = at;
+        winding.i_d -= siemens * e.d, winding.i_q -= siemens * e.q;
+        winding.v_end_d -= at.R * siemens * e.d, winding.v_end_q -= at.R * siemens * e.q;
+        e = plus(e, at.R, late_current(winding, tau));
     }
     g = {-at.Ld * e.d, -at.Lq * e.q};
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
@@ -420,7 +446,7 @@ void iron(const Input& input, const Moment& at, Vector2& f, Vector2& g)
     for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
     if (at.pulses == nullptr || !(periods > 0.0)) return;
     Vector2 of_f, of_g;
-    drawn(at, pulsed_iron(at, periods * at.period_s + at.lag_s), of_f, of_g);
+    drawn(at, pulsed_iron(at, tau, {at.v_end_d - late.d, at.v_end_q - late.q}), of_f, of_g);
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
@@ -704,7 +730,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
         if (sees_turning_alone(input))
             g[0] = turned_iron_slope(at, weights ? weights[0] : 0.0);
         else
-            iron(input, at, f[0], g[0]);
+            iron(input, at, weights ? weights[0] : 0.0, f[0], g[0]);
         break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
