@@ -455,18 +455,24 @@ bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
 {
     constexpr double kHardlyChance = 2.0;  // deviations, and kLeastNats
     if (!options.pulses || has(at.point, name_of(Law::pulses))) return false;
+    const bool held = holds_pulses(at.point);
+    // The machine's parameters move by some permille, those of eddies by some percent.
+    const int passes = held ? kPasses : 2;
     Refined best;
     for (const Input& input : options.pulses(at.point)) {
         Point there = at.point;
         if (!by_same_legs(there, input)) continue;
         there.terms.push_back({input, {}});
-        Refined r = refine(model, there, kPasses, best.ok ? best.left.seen : at.left.seen);
+        const double seen = best.ok ? std::max(at.left.seen, best.left.seen) : at.left.seen;
+        Refined r = refine(model, there, passes, held ? seen : -HUGE_VAL);
         if (options.tick) options.tick();
         if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
     }
     if (!best.ok) return false;
+    best = refine(model, std::move(best), kPasses);
+    if (!best.ok) return false;
     const Better gain = better(model, at.left, best.left);
-    const bool hardly_chance = holds_pulses(at.point) && gain.nats >= kLeastNats && gain.t >= kHardlyChance;
+    const bool hardly_chance = held && gain.nats >= kLeastNats && gain.t >= kHardlyChance;
     if (!hardly_chance && !needed(model, at, best, options)) return false;
     at = std::move(best);
     return true;
