@@ -325,12 +325,16 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
             square += v * v, ++rows, dt_s = std::max(dt_s, log.dt_s);
         }
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
+    // Of a pulse eddies that follow within a period hold up to this part less than of its mean, and R takes it. (E181)
+    constexpr double kHeld = 0.04;
+    double held = 0.0;
+    for (const Term& t : at.terms)
+        if (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0) held += kHeld * at.base[0] * t.weights[0];
     const std::vector<double> each = judge.each(at);
-    // Of iron that bends the currents' swings do more, and so does what eddies hold of the last edge.
-    const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) {
-        return bends(t.input.law) || (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0);
-    });
-    if (!bent && rate * rate / 24.0 * std::sqrt(square / rows) < kPart * std::hypot(each[0], each[1])) return {};
+    // Of iron that bends the currents' swings do more.
+    const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); });
+    const double most_V = std::max(rate * rate / 24.0, std::abs(held)) * std::sqrt(square / rows);
+    if (!bent && most_V < kPart * std::hypot(each[0], each[1])) return {};
     // The angle is fitted as well. Without one the phases look the same every third of a turn, and half a
     // turn on with high for low.
     const double link_V = link_to_fit_V(logs);
