@@ -10,9 +10,12 @@ Plane axes(double d, double q) { return {0.5 * (d + q), 0.5 * (d - q)}; }
 
 Plane operator*(const Plane& a, const Plane& b)
 {
-    return {a.of * b.of + a.mirrored * std::conj(b.mirrored), a.of * b.mirrored + a.mirrored * std::conj(b.of)};
+    return {times(a.of, b.of) + times(a.mirrored, std::conj(b.mirrored)),
+            times(a.of, b.mirrored) + times(a.mirrored, std::conj(b.of))};
 }
-Plane operator*(Complex a, const Plane& b) { return {a * b.of, a * b.mirrored}; }
+Plane operator*(double a, const Plane& b) { return {a * b.of, a * b.mirrored}; }
+
+Complex inverse(Complex z) { return std::conj(z) / std::norm(z); }
 
 }  // namespace
 
@@ -20,26 +23,25 @@ Filtered::Filtered(double R, double Ld, double Lq, double psi, double w_e, doubl
 {
     const Complex j(0.0, 1.0), turns(1.0, tau_s * w_e);
     const Plane by_L = axes(1.0 / Ld, 1.0 / Lq);
-    const Plane voltage{R + j * w_e * 0.5 * (Ld + Lq), j * w_e * 0.5 * (Ld - Lq)},
-        change = Complex(-tau_s) * (by_L * voltage);
+    const Plane voltage{R + j * w_e * 0.5 * (Ld + Lq), j * w_e * 0.5 * (Ld - Lq)}, change = -tau_s * (by_L * voltage);
     // M change + turns M = 1 by Cayley and Hamilton.
     const double trace = 2.0 * change.of.real(), product = std::norm(change.of) - std::norm(change.mirrored);
-    const Complex whole = turns * turns + trace * turns + product;
-    of_i = {(turns + trace - change.of) / whole, -change.mirrored / whole};
-    const Plane rise = Complex(-tau_s) * (of_i * by_L);
-    of_v = {rise.of, rise.mirrored / Complex(1.0, 2.0 * tau_s * w_e)};
-    constant = -tau_s / turns * of_i(by_L(-j * w_e * psi));
+    const Complex by_whole = inverse(times(turns, turns) + trace * turns + product);
+    of_i = {times(turns + trace - change.of, by_whole), times(-change.mirrored, by_whole)};
+    const Plane rise = -tau_s * (of_i * by_L);
+    of_v = {rise.of, times(rise.mirrored, inverse({1.0, 2.0 * tau_s * w_e}))};
+    constant = times(-tau_s * inverse(turns), of_i(by_L(-j * w_e * psi)));
 }
 
 Complex Filtered::current(Complex told) const
 {
     const double product = std::norm(of_i.of) - std::norm(of_i.mirrored);
-    return (std::conj(of_i.of) * told - of_i.mirrored * std::conj(told)) / product;
+    return (times(std::conj(of_i.of), told) - times(of_i.mirrored, std::conj(told))) / product;
 }
 
-Complex Filtered::missing(Complex jump, Complex back) const
+Complex Filtered::missing(Complex jumps, Complex mirrored) const
 {
-    return -(of_v.of * jump + of_v.mirrored * back * std::conj(jump));
+    return -(times(of_v.of, jumps) + times(of_v.mirrored, mirrored));
 }
 
 }  // namespace dqw

@@ -14,11 +14,20 @@ inline double left_after(double x)
     return x > kNone ? 0.0 : std::exp(-x);
 }
 
+/// The product, of finite factors: what std::complex makes of infinities takes as long again.
+inline std::complex<double> times(std::complex<double> a, std::complex<double> b)
+{
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
 /// A real matrix of the plane: `z` times of + mirrored z*.
 struct Plane {
     std::complex<double> of, mirrored;
 
-    std::complex<double> operator()(std::complex<double> z) const { return of * z + mirrored * std::conj(z); }
+    std::complex<double> operator()(std::complex<double> z) const
+    {
+        return times(of, z) + times(mirrored, std::conj(z));
+    }
 };
 
 /// What a filter tells of a machine's currents, all seen from the rotor, once its beginning is forgotten:
@@ -30,9 +39,9 @@ struct Filtered {
     Filtered(double R, double Ld, double Lq, double psi, double w_e, double tau_s);
     /// The true currents that leave `told` of y.
     std::complex<double> current(std::complex<double> told) const;
-    /// What a jump of the voltage, seen from the rotor of now, has not brought through, but for the filter's decay, when
-    /// the rotor has turned by an angle; `back`: twice that angle the other way, of length 1.
-    std::complex<double> missing(std::complex<double> jump, std::complex<double> back) const;
+    /// What jumps of the voltage have not brought through, but for the filter's decay. `jumps`: their sum, seen from the
+    /// rotor of now; `mirrored`: that of each one's mirror image, turned back by twice what the rotor has turned since.
+    std::complex<double> missing(std::complex<double> jumps, std::complex<double> mirrored) const;
 };
 
 }  // namespace dqw

@@ -350,16 +350,18 @@ struct Behind {
     {
         const double turn = at.w_e * at.period_s, half = 0.5 * turn,
                      kept = tau > 0.0 ? left_after(at.period_s / tau) : 0.0;
-        double part = 1.0;
         if (kept > 0.0) {
             const Complex to_here = std::polar(std::cos(half), at.starts ? half : -half),
                           back = std::polar(1.0, -2.0 * turn);
-            Complex turned = 1.0;
+            Complex turned = 1.0, jumps, mirrored;
+            double part = 1.0;
             // The row at which a period starts ends the one before: its last jump is one further back.
             for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
-                turned *= back;
-                run += (part *= kept) * filter.missing(to_here * Complex(at.change[n].d, at.change[n].q), turned);
+                turned = times(turned, back), part *= kept;
+                jumps += part * Complex(at.change[n].d, at.change[n].q);
+                mirrored += part * times(turned, {at.change[n].d, -at.change[n].q});
             }
+            run = filter.missing(times(to_here, jumps), times(std::conj(to_here), mirrored));
         }
         run += filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant;
     }

@@ -362,9 +362,9 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             break;
         case Law::iron_loss:
             c.add_unless({e.id}, why);
-            // Eddies follow a voltage that changes by rows within some tens of microseconds, a period or so.
+            // Eddies follow a voltage that changes by rows within some tens of microseconds, a period or so: a start.
             if (why.empty() && !settled)
-                for (const double periods : {kTurningAlone, 0.5, 1.0, 2.0, 4.0}) c.add({e.id, {periods}});
+                for (const double periods : {kTurningAlone, 0.7, 2.0}) c.add({e.id, {periods}});
             if (why.empty() && settled)
                 for (const double law : {kExcessLoss, kHysteresis}) c.add({e.id, {law, rms_voltage(logs)}});
             break;
