@@ -446,7 +446,7 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
     double part = 1.0;
     for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
-    if (at.pulses == nullptr || !(periods > 0.0)) return;
+    if (at.pulses == nullptr || !(periods > 0.0) || !(tau > 0.0)) return;
     Vector2 of_f, of_g;
     drawn(at, pulsed_iron(at, tau, {at.v_end_d - late.d, at.v_end_q - late.q}), of_f, of_g);
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);

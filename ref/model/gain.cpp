@@ -41,11 +41,12 @@ GainSchedule::GainSchedule(double steady, double rate_dt)
 
 std::size_t GainSchedule::forgets_in() const
 {
-    const auto steady = std::find_if(gain_.begin(), gain_.end(),
-                                     [&](double k) { return k - inside(steady_) <= kNearlySteady; });
-    const double rate = -std::log(decay_ * (1.0 - inside(steady_)));
-    return static_cast<std::size_t>(steady - gain_.begin()) +
-           static_cast<std::size_t>(std::ceil(kForgotten / std::max(rate, kNever)));
+    const double g = inside(steady_);
+    std::size_t n = 0;
+    while (n < gain_.size() && (gain_[n] - g > kNearlySteady || std::abs(slope_[n] - steady_slope_) > kNearlySteady))
+        ++n;
+    const double rate = -std::log(decay_ * (1.0 - g));
+    return n + static_cast<std::size_t>(std::ceil(kForgotten / std::max(rate, kNever)));
 }
 
 StartWeights::StartWeights(const GainSchedule& schedule, bool count)

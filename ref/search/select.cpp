@@ -258,6 +258,27 @@ bool stands_before(const Tried& t, const Tried& best)
                              stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);
 }
 
+/// Of currents told between pulses, the modulation whose linear step does best once it is taken: the steps themselves are
+/// alike, and which of them leads is a matter of rounding.
+const Screened& by_legs(const Model& model, const Refined& base, const std::vector<Screened>& screened,
+                        const Screened& s)
+{
+    const Input& input = s.candidate->inputs.front();
+    if (effect_of(input.law).shape != Shape::pulses || input.free_angle) return s;
+    constexpr double kAlike = 1.0;  // nat
+    const Screened* best = &s;
+    double most = -HUGE_VAL;
+    for (const Screened& other : screened) {
+        if (!other.candidate || other.candidate->inputs.front().law != input.law) continue;
+        if (std::abs(other.seen - s.seen) > kAlike) continue;
+        Point start = joined(base.point, *other.candidate, &other.weights);
+        if (other.gain > 0.0) start.gain.setConstant(other.gain);
+        const Refined there = swept_seen(model, start);
+        if (there.ok && there.left.seen > most) most = there.left.seen, best = &other;
+    }
+    return *best;
+}
+
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
 /// `best_seen`: log-likelihood of the rows seen where a better one than `base` is known. What does not gain half of the
 /// best is not fitted to its end.
@@ -295,10 +316,11 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
             continue;
         }
         refined.insert(key);
+        const Screened& first = by_legs(model, base, screened, s);
         // Settled points' fits cost little, and few rows tell late.
         const double worth = model.gains() > 0 ? base.left.seen + kHalf * (best_seen - base.left.seen) : -HUGE_VAL;
         // What is told of each alone is that of a fit.
-        tried.push_back(attempt(model, base, s, worth, alone == nullptr && is_idle(base, s, worth)));
+        tried.push_back(attempt(model, base, first, worth, alone == nullptr && is_idle(base, first, worth)));
         if (tried.back().refined.ok) best_seen = std::max(best_seen, tried.back().refined.left.seen);
         if (options.tick) options.tick();
     }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "ref/effect/effect.hpp"
+#include "ref/effect/pulses.hpp"
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/log/symmetric.hpp"
@@ -325,11 +326,11 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
             square += v * v, ++rows, dt_s = std::max(dt_s, log.dt_s);
         }
     const double rate = at.base[0] / std::min(at.base[1], at.base[2]) * dt_s;
-    // Of a pulse eddies that follow within a period hold up to this part less than of its mean, and R takes it. (E181)
-    constexpr double kHeld = 0.04;
+    // What eddies hold of a pulse of half a period more than of its mean, which R takes. (E181)
     double held = 0.0;
     for (const Term& t : at.terms)
-        if (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0) held += kHeld * at.base[0] * t.weights[0];
+        if (const double n = t.input.shape[0]; t.input.law == Law::iron_loss && n > 0.0)
+            held += 2.0 / n * filtered_beyond_mean(0.5, n, 1.0) * at.base[0] * t.weights[0];
     const std::vector<double> each = judge.each(at);
     // Of iron that bends the currents' swings do more.
     const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); });

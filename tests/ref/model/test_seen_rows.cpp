@@ -40,10 +40,11 @@ struct Sweeps {
     dqw::ElectricalModel model{logs, columns, 1.0, dqw::alternate_plan(dqw::pieces_of(logs, 30), kStretches, 10, 60)};
     std::vector<dqw::BlockSum> all, some;
 
-    Sweeps(double R_ohm, double gain, bool heldout)
+    Sweeps(double R_ohm, double gain, bool heldout, const std::vector<dqw::Term>& terms = {})
     {
         dqw::Point at;
         at.base = Eigen::Vector4d(R_ohm, L, 1.1 * L, 0.01), at.gain = Eigen::Vector2d(gain, gain);
+        at.terms = terms;
         const std::vector<dqw::Input> none;
         TEST_ASSERT_TRUE(model.sweep(at, &none, all));
         TEST_ASSERT_TRUE(model.sweep_some(at, &none, heldout, some));
@@ -51,28 +52,32 @@ struct Sweeps {
     bool heldout(std::size_t block) const { return model.plan().blocks[block].heldout; }
 };
 
-/// Of both kinds: the start of each stretch is forgotten, and the others' rows are not worked out.
+/// Of both kinds: the start of each stretch is forgotten, voltages that come late too, and the others' rows are not worked
+/// out.
 void stretches_alone()
 {
-    for (const bool heldout : {false, true})
-        for (const double gain : {1e-3, 0.1}) {
-            const Sweeps s(R, gain, heldout);
-            for (std::size_t b = 0; b < s.all.size(); ++b) {
-                if (s.heldout(b) != heldout) {
-                    TEST_ASSERT_EQUAL_DOUBLE(0.0, s.some[b].rows);
-                    continue;
-                }
-                TEST_ASSERT_EQUAL_DOUBLE(s.all[b].rows, s.some[b].rows);
-                for (int axis : {0, 1}) {
-                    const Eigen::MatrixXd &a = s.all[b].gram[axis], &c = s.some[b].gram[axis];
-                    const Eigen::Index last = a.rows() - 1;
-                    const Eigen::VectorXd unit = a.diagonal().cwiseMax(1e-30).cwiseSqrt();
-                    const double off = (c - a).cwiseQuotient(unit * unit.transpose()).cwiseAbs().maxCoeff();
-                    TEST_ASSERT_TRUE(off < 2e-3);
-                    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * a(last, last), a(last, last), c(last, last));
+    const std::vector<std::vector<dqw::Term>> terms{
+        {}, {{{dqw::Law::delay, {}}, {4.5}}}, {{{dqw::Law::iron_loss, {1.0}}, {0.02}}}};
+    for (const std::vector<dqw::Term>& of : terms)
+        for (const bool heldout : {false, true})
+            for (const double gain : {1e-3, 0.1, 0.5, 0.8, 0.95, 1.0}) {
+                const Sweeps s(R, gain, heldout, of);
+                for (std::size_t b = 0; b < s.all.size(); ++b) {
+                    if (s.heldout(b) != heldout) {
+                        TEST_ASSERT_EQUAL_DOUBLE(0.0, s.some[b].rows);
+                        continue;
+                    }
+                    TEST_ASSERT_EQUAL_DOUBLE(s.all[b].rows, s.some[b].rows);
+                    for (int axis : {0, 1}) {
+                        const Eigen::MatrixXd &a = s.all[b].gram[axis], &c = s.some[b].gram[axis];
+                        const Eigen::Index last = a.rows() - 1;
+                        const Eigen::VectorXd unit = a.diagonal().cwiseMax(1e-30).cwiseSqrt();
+                        const double off = (c - a).cwiseQuotient(unit * unit.transpose()).cwiseAbs().maxCoeff();
+                        TEST_ASSERT_TRUE(off < 2e-3);
+                        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * a(last, last), a(last, last), c(last, last));
+                    }
                 }
             }
-        }
 }
 
 /// What never forgets where it began is worked out as a whole.
