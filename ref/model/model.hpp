@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ref/effect/input.hpp"
@@ -40,10 +41,20 @@ struct FineBlock {
     bool heldout = false;
 };
 
-/// Pieces, and which of their rows are judged: those of the blocks.
+/// Pieces, and which of their rows are judged: those of the blocks. A copy's blocks lie in its own pieces.
 struct Plan {
     std::vector<Piece> pieces;
     std::vector<FineBlock> blocks;  ///< in the order of the rows
+
+    Plan() = default;
+    Plan(std::vector<Piece> p, std::vector<FineBlock> b) : pieces(std::move(p)), blocks(std::move(b)) {}
+    Plan(const Plan& other);
+    Plan(Plan&&) = default;
+    Plan& operator=(Plan other)
+    {
+        pieces.swap(other.pieces), blocks.swap(other.blocks);
+        return *this;
+    }
 };
 
 /// One block of the reported residual, (E43).

@@ -4,6 +4,12 @@
 
 namespace dqw {
 
+Plan::Plan(const Plan& other) : pieces(other.pieces), blocks(other.blocks)
+{
+    for (FineBlock& b : blocks)
+        if (b.piece != nullptr) b.piece = pieces.data() + (b.piece - other.pieces.data());
+}
+
 Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_t fine, std::size_t guard)
 {
     Plan plan;

@@ -120,15 +120,17 @@ bool needed(const Model& model, const Refined& without, const Refined& with, con
 }
 
 struct Screened {
-    double seen = -HUGE_VAL, gain = 0.0;
+    double seen = -HUGE_VAL, rank = -HUGE_VAL, gain = 0.0;
     Eigen::VectorXd weights;
     Point point;  ///< the linear step's end
     const Candidate* candidate = nullptr;
 };
 
-/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen.
+/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen. They rank by the rows held
+/// out, with `whole` or where a model has those anyway, else by the rows seen less what a weight of nothing takes of them
+/// and leaves of others (Akaike's).
 std::vector<Screened> screen(const Model& model, const Point& at, const std::vector<const Candidate*>& candidates,
-                             const SelectOptions& options)
+                             const SelectOptions& options, bool whole)
 {
     std::vector<Screened> out(candidates.size());
     std::vector<Input> inputs;
@@ -150,7 +152,7 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
             continue;
         std::vector<BlockSum> sums;
         if (options.tick) options.tick();
-        if (!model.sweep_some(there, &inputs, false, sums)) continue;
+        if (!(whole ? model.pass(there, inputs, sums) : model.sweep_some(there, &inputs, false, sums))) continue;
         const Seen seen = seen_of(model, sums);
         const Prior prior = prior_of(there, inputs);
         for (std::size_t c = 0; c < candidates.size(); ++c) {
@@ -164,7 +166,11 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
             Point end = there;
             end.set(there.values() + delta.head(at.columns()));
             const Eigen::VectorXd weights = delta.segment(first[c], n);
-            out[c] = {left.seen, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
+            double heldout_rows = 0.0;
+            for (std::size_t b = 0; b < sums.size(); ++b)
+                if (model.plan().blocks[b].heldout) heldout_rows += sums[b].rows;
+            const double rank = heldout_rows > 0.0 ? left.heldout : left.seen - n;
+            out[c] = {left.seen, rank, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
         }
     }
     return out;
@@ -290,10 +296,10 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
     std::vector<const Candidate*> open;
     for (const Candidate& c : candidates)
         if (!is_on(base.point, c)) open.push_back(&c);
-    std::vector<Screened> screened = screen(model, base.point, open, options);
+    std::vector<Screened> screened = screen(model, base.point, open, options, alone != nullptr);
     // Modulations are alike in a linear step from no shift: the first, which is the most common, goes before.
     std::stable_sort(screened.begin(), screened.end(),
-                     [](const Screened& a, const Screened& b) { return a.seen > b.seen; });
+                     [](const Screened& a, const Screened& b) { return a.rank > b.rank; });
     std::vector<Tried> tried;
     std::map<std::string, std::vector<int>> seen;
     std::set<std::string> refined, told;

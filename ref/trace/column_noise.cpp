@@ -42,14 +42,6 @@ Eigen::VectorXd seen_squares(const Model& model, const Point& at)
     return rows > 0.0 ? Eigen::VectorXd(square / rows) : Eigen::VectorXd();
 }
 
-/// A copy whose blocks lie in its own pieces.
-Plan copy_of(const Plan& plan)
-{
-    Plan out = plan;
-    for (FineBlock& b : out.blocks) b.piece = out.pieces.data() + (b.piece - plan.pieces.data());
-    return out;
-}
-
 }  // namespace
 
 Refined without_column_noise(const TraceSetup& setup, const Model& model, const Refined& refined)
@@ -63,8 +55,7 @@ Refined without_column_noise(const TraceSetup& setup, const Model& model, const 
         if (!sizes.any()) return Eigen::MatrixXd();
         double of_part = 0.0;
         Eigen::MatrixXd added = noise.added(sizes, [&](const RowNoise* noisy) {
-            const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, copy_of(plan), setup.rotor_held,
-                                        noisy);
+            const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, plan, setup.rotor_held, noisy);
             return seen_scores(moved, at, of_part);
         });
         return of_part > 0.0 ? Eigen::MatrixXd(rows / of_part * added) : added;
@@ -84,8 +75,8 @@ double nats_to_law_noise(const TraceSetup& setup, const Refined& refined)
     Point bare = refined.point;
     bare.terms.clear();
     const auto squares = [&](const Point& at, const RowNoise* noisy) {
-        const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, copy_of(model.plan()),
-                                    setup.rotor_held, noisy);
+        const ElectricalModel moved(*setup.logs, setup.columns, setup.pole_pairs, model.plan(), setup.rotor_held,
+                                    noisy);
         return seen_squares(moved, at);
     };
     // Empty, which is no vector, where a moved log cannot be predicted.

@@ -97,6 +97,7 @@ Eigen::VectorXd simulated(const Model& model, const Refined& refined)
     bare.point.gain.setZero();
     if (!model.pass(bare.point, {}, bare.sums)) return deviations(model, refined);
     const Eigen::Index first = bare.point.base.size(), count = bare.point.gain.size();
+    if (bare.added.size() > 0) bare.added.segment(first, count).setZero();
     for (BlockSum& s : bare.sums)
         for (Eigen::MatrixXd& g : s.gram) g.middleRows(first, count).setZero(), g.middleCols(first, count).setZero();
     return deviations(model, bare);
