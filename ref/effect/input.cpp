@@ -617,11 +617,7 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 
 }  // namespace
 
-Vector2 turned_by(double angle, Vector2 x)
-{
-    const double c = std::cos(angle), s = std::sin(angle);
-    return {c * x.d - s * x.q, s * x.d + c * x.q};
-}
+Vector2 turned_by(double angle, Vector2 x) { return Angle(angle).on(x); }
 
 namespace {
 

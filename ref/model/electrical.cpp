@@ -620,10 +620,6 @@ bool ElectricalModel::sweep(const Point& at, const std::vector<Input>* candidate
 bool ElectricalModel::sweep_some(const Point& at, const std::vector<Input>* candidates, bool heldout,
                                  std::vector<BlockSum>& sums) const
 {
-    if (!Plant(*this, at).in_domain()) {
-        sums = empty_sums(plan_.blocks.size(), 2, columns_of(at, candidates));
-        return false;
-    }
     // A voltage of kPast periods ago may be late.
     const std::size_t lead = kPast + std::max(schedule(at, 0).forgets_in(), schedule(at, 1).forgets_in());
     return work(at, candidates, spans_of(plan_, heldout, lead), sums);

@@ -45,8 +45,9 @@ std::size_t GainSchedule::forgets_in() const
     std::size_t n = 0;
     while (n < gain_.size() && (gain_[n] - g > kNearlySteady || std::abs(slope_[n] - steady_slope_) > kNearlySteady))
         ++n;
+    // Where it is no number: kNever.
     const double rate = -std::log(decay_ * (1.0 - g));
-    return n + static_cast<std::size_t>(std::ceil(kForgotten / std::max(rate, kNever)));
+    return n + static_cast<std::size_t>(std::ceil(kForgotten / std::max(kNever, rate)));
 }
 
 StartWeights::StartWeights(const GainSchedule& schedule, bool count)

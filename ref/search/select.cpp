@@ -153,6 +153,9 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
         std::vector<BlockSum> sums;
         if (options.tick) options.tick();
         if (!(whole ? model.pass(there, inputs, sums) : model.sweep_some(there, &inputs, false, sums))) continue;
+        const auto& blocks = model.plan().blocks;
+        bool has_heldout = false;
+        for (std::size_t b = 0; b < sums.size(); ++b) has_heldout |= blocks[b].heldout && sums[b].rows > 0.0;
         const Seen seen = seen_of(model, sums);
         const Prior prior = prior_of(there, inputs);
         for (std::size_t c = 0; c < candidates.size(); ++c) {
@@ -166,10 +169,7 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
             Point end = there;
             end.set(there.values() + delta.head(at.columns()));
             const Eigen::VectorXd weights = delta.segment(first[c], n);
-            double heldout_rows = 0.0;
-            for (std::size_t b = 0; b < sums.size(); ++b)
-                if (model.plan().blocks[b].heldout) heldout_rows += sums[b].rows;
-            const double rank = heldout_rows > 0.0 ? left.heldout : left.seen - n;
+            const double rank = has_heldout ? left.heldout : left.seen - n;
             out[c] = {left.seen, rank, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
         }
     }

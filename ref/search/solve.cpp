@@ -357,12 +357,12 @@ Refined stepped(const Model& model, Refined at, const Eigen::VectorXd& values)
     return at;
 }
 
-/// The errors of the rows seen at a point as it is, without derivatives.
-Refined errors_at(const Model& model, const Point& at)
+/// A point as it is, by the rows seen, with derivatives by its columns and the weights of `candidates`, or without any.
+Refined seen_at(const Model& model, const Point& at, const std::vector<Input>* candidates)
 {
     Refined out;
     out.point = at;
-    out.ok = model.sweep_some(at, nullptr, false, out.sums);
+    out.ok = model.sweep_some(at, candidates, false, out.sums);
     if (out.ok) out.left = left_of(model, out.sums);
     return out;
 }
@@ -396,12 +396,8 @@ Refined swept(const Model& model, const Point& at)
 
 Refined swept_seen(const Model& model, const Point& at)
 {
-    Refined out;
-    out.point = at;
     const std::vector<Input> none;
-    out.ok = model.sweep_some(at, &none, false, out.sums);
-    if (out.ok) out.left = left_of(model, out.sums);
-    return out;
+    return seen_at(model, at, &none);
 }
 
 Refined refine(const Model& model, Refined best, int passes, double worth)
@@ -438,7 +434,7 @@ Refined refine(const Model& model, Refined best, int passes, double worth)
                                  : promised;
         const Point& there = end.point;
         // After a step that failed the next often does too, which errors alone tell; within rounding they may not.
-        Refined trial = failed ? errors_at(model, there) : swept_seen(model, there);
+        Refined trial = failed ? seen_at(model, there, nullptr) : swept_seen(model, there);
         if (failed && trial.ok && gain_of(trial) > -2.0 * kSettled) trial = swept_seen(model, there);
         const double gained = gain_of(trial);
         const bool had_failed = std::exchange(failed, !(trial.ok && gained > 0.0));

@@ -70,10 +70,11 @@ Refined swept(const Model& model, const Point& at);
 /// The same of the rows seen: a start of refine(), for which those held out do not matter.
 Refined swept_seen(const Model& model, const Point& at);
 
-/// Gauss-Newton from `start`, damped and within what a linear step tells, at most `passes` passes, of which a start that
-/// was swept has had one; a last step that gains next to nothing is linear, and takes none. They run through the rows
-/// seen; those held out are swept at its end. Gains stay within [1e-4, 1]. It ends early where as much as the last steps gained, or promised, in each of twelve passes more would not
-/// bring the log-likelihood of the rows seen to `worth`.
+/// Gauss-Newton from `start`, damped and within what a linear step tells, at most `passes` passes, of which a start
+/// that was swept has had one; a last step that gains next to nothing is linear, and takes none. They run through
+/// the rows seen; those held out are swept at its end. Gains stay within [1e-4, 1]. It ends early where as much as
+/// the last steps gained, or promised, in each of twelve passes more would not bring the log-likelihood of the rows
+/// seen to `worth`.
 Refined refine(const Model& model, Refined start, int passes, double worth = -HUGE_VAL);
 inline Refined refine(const Model& model, const Point& start, int passes, double worth = -HUGE_VAL)
 {

@@ -1,4 +1,6 @@
 // A sweep of the rows seen, or of those held out, alone: its sums are those of a sweep through all rows.
+#include <array>
+#include <cmath>
 #include <random>
 #include <vector>
 
