@@ -125,12 +125,14 @@ mutants:
 fresh:
 	@BUILD=$(BUILD) .ci/fresh
 
+# Clang builds them in two thirds of GCC's time; without it, or without its runtime, CC and CXX do.
+QUICK_CC  = $(shell echo 'int main(void){return 0;}' | clang++ -x c++ -fsanitize=address,undefined - -o /dev/null 2>/dev/null && echo CC=clang CXX=clang++)
 ## sanitized    every test but the longest, under AddressSanitizer and UBSan
 .PHONY: sanitized
 sanitized:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) run-tests
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) $(QUICK_CC) run-tests
 
 ## run-tests    build and run every test, install nothing
 .PHONY: run-tests

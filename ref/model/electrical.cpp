@@ -162,6 +162,7 @@ struct ElectricalModel::Plant {
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
         m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.pulses = pulses;
+        put_state(at.terms, c, k, m);
         m.ahead = ahead_s == 0.0 ? ahead : Angle(ahead.rad + ahead_s * m.w_e);
         put_bend(m);
         if (asks_before) put_before(m, piece, k);

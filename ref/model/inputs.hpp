@@ -14,6 +14,16 @@ struct Units {
     Vector2 f[kMostWeights], g[kMostWeights];
 };
 
+/// R and psi as the winding and the magnet are at row k: what else there is meets those.
+inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std::size_t k, Moment& m)
+{
+    for (const Term& t : terms) {
+        if (t.input.law == Law::skin_effect) m.R += t.weights[0] * m.w_e * m.w_e;
+        if (t.input.law == Law::winding_temperature) m.R += t.weights[0] * heat_at(c, t.input, k);
+        if (t.input.law == Law::magnet_temperature) m.psi += t.weights[0] * heat_at(c, t.input, k);
+    }
+}
+
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
 /// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the
 /// moment's heat_K.

@@ -53,13 +53,15 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
     m.v_dc = at_row(log.v_dc_V, k);
     m.settled = true;
     m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
+    put_state(at.terms, c, k, m);
     put_bends(at, m);
     return m;
 }
 
 Vector2 SettledModel::error(const Point& at, const TraceColumns& c, std::size_t k, double offset, Moment m) const
 {
-    Vector2 f{m.R * m.i_d, m.R * m.i_q}, g{m.Ld * m.i_d + m.psi, m.Lq * m.i_q};
+    const double R = at.base[kR], psi = at.base[kPsi];
+    Vector2 f{R * m.i_d, R * m.i_q}, g{m.Ld * m.i_d + psi, m.Lq * m.i_q};
     for (const Term& t : at.terms) {
         if (t.input.law == Law::angle_offset) continue;
         m.heat_K = heat_at(c, t.input, k);

@@ -53,6 +53,11 @@ bool has(const Point& at, const std::string& name)
     return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name == name_of(t.input.law); });
 }
 
+bool bends_iron(const std::string& name)
+{
+    return name == name_of(Law::saturation) || name == name_of(Law::cross_saturation);
+}
+
 bool has_any(const Point& at, const Candidate& c)
 {
     return std::any_of(c.inputs.begin(), c.inputs.end(), [&](const Input& i) { return has(at, name_of(i.law)); });
@@ -403,8 +408,43 @@ void drop_superfluous(const Model& model, const SelectOptions& options, Selectio
 
 }  // namespace
 
-void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
-                 Selection& s)
+namespace {
+
+/// Another in the place of the effect at `k`, which what was found since shows to have been the wrong one: where the rows
+/// held out confirm it, beside what noise either law brings in, and it is as plain and leaves no more, or leaves as much
+/// less as names an effect more.
+bool takes_its_place(const Model& model, const std::vector<Tried>& others, const SelectOptions& options, std::size_t k,
+                     Selection& s)
+{
+    const double left = joint(options.reported_rms(s.best.point));
+    const Tried* best = nullptr;
+    for (const Tried& t : others) {
+        if (!t.refined.ok || t.candidate.names().size() > 1 || t.candidate.is_fault()) continue;
+        if (best != nullptr && t.refined.left.heldout <= best->refined.left.heldout) continue;
+        const auto is_it = [&t](const Found& f) { return f.name == t.name; };
+        if (std::any_of(s.found.begin(), s.found.end(), is_it)) continue;
+        const Better gain = better(model, s.best.left, t.refined.left);
+        if (!confirmed(model, gain)) continue;
+        const double noise = law_noise(options, t.refined) - law_noise(options, s.best);
+        if (!confirmed(model, beside_law_noise(gain, noise))) continue;
+        if (options.veto && !options.veto(t.refined.point).empty()) continue;
+        const bool as_plain = t.refined.point.columns() <= s.best.point.columns() &&
+                              joint(options.reported_rms(t.refined.point)) <= left;
+        if (as_plain || needed(model, s.best, t.refined, options)) best = &t;
+    }
+    if (best == nullptr) return false;
+    Refined fitted = refine(model, best->refined, kPasses);
+    s.best = options.settle ? options.settle(std::move(fitted)) : std::move(fitted);
+    s.found[k] = {best->name, {}, s.found[k].round};
+    s.after[k] = s.best.point;
+    s.beside_last.clear();
+    return true;
+}
+
+}  // namespace
+
+bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
+                 bool exchanges, Selection& s)
 {
     // At one speed the 3000-rpm grid sets both: with a part of 1.2 its angle offset would count as told from a voltage
     // offset and from iron loss, with 1.8 its saturation as one with a delay; without half a deviation more, its angle
@@ -412,6 +452,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
     const double close = (options.one_speed ? 1.4 : 1.1) * joint(options.reported_rms(s.best.point)),
                  apart = kSeparateT + (options.one_speed ? 0.5 : 0.0);
     const double own = law_noise(options, s.best);
+    for (Found& found : s.found) found.confusable_with.clear(), found.rivals.clear();
     for (Found& found : s.found) {
         const bool known = &found == &s.found.back() && !s.beside_last.empty();
         const Refined base = known ? std::move(s.before_last)
@@ -427,6 +468,12 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         const std::vector<Tried> tried = known ? std::move(s.beside_last)
                                                : round(model, base, others, options, nullptr, s.best.left.seen,
                                                        has_any_sensor);
+        const std::size_t place = static_cast<std::size_t>(&found - s.found.data());
+        if (exchanges && s.found.size() > 1 && !bends_iron(found.name) &&
+            takes_its_place(model, tried, options, place, s)) {
+            drop_superfluous(model, options, s);
+            return true;
+        }
         for (const Tried& t : tried) {
             if (!t.refined.ok || !is_other(t.candidate)) continue;
             const auto& listed = found.confusable_with;
@@ -451,6 +498,7 @@ void look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             if (!is_listed && listed.size() < kMostAlike) found.confusable_with.push_back(t.name);
         }
     }
+    return false;
 }
 
 namespace {
@@ -585,7 +633,7 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
     if (!options.one_speed || s.found.size() < 2) return false;
     for (std::size_t k = 0; k < s.found.size(); ++k) {
         const std::string name = s.found[k].name;
-        if (name == name_of(Law::saturation) || name == name_of(Law::cross_saturation)) continue;
+        if (bends_iron(name)) continue;
         const Refined base = refine(model, without(s.best.point, name), kPasses);
         if (!base.ok) continue;
         std::vector<Candidate> others;
@@ -604,13 +652,15 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
     return false;
 }
 
-/// Those that come and go once or twice a turn, electrical or of the shaft: three legs' pulses do neither.
+/// Those that come and go once or twice a turn, electrical or of the shaft, or slowly with heat: three legs' pulses do
+/// neither.
 std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
 {
     std::vector<Candidate> out;
     for (const Candidate& c : candidates) {
         const Effect& e = effect_of(c.inputs.front().law);
-        if (e.order == 1.0 || e.order == 2.0 || e.shape == Shape::shaft_order) out.push_back(c);
+        const bool turns = e.order == 1.0 || e.order == 2.0 || e.shape == Shape::shaft_order;
+        if (turns || e.shape == Shape::heat) out.push_back(c);
     }
     return out;
 }

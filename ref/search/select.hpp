@@ -108,9 +108,10 @@ struct Selection {
 
 /// What could stand in for each effect found: rivals that, in its place, leave as little on the rows held out (within
 /// 10 % of the reported RMS; of one speed alone 40 %), and that a joint fit cannot tell from it. At most three each.
-/// Fills in `over`, `rivals` and `moved` too.
-void look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
-                 Selection& selection);
+/// Fills in `over`, `rivals` and `moved` too. One of several that another is clearly better than, beside the rest, goes
+/// for that, where the search `exchanges`: true, and the lists are to be made anew.
+bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
+                 bool exchanges, Selection& selection);
 
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                  const SelectOptions& options);

@@ -41,6 +41,11 @@ constexpr double kLeastTurn_rad = 0.08;
 constexpr int kPasses = 12;        ///< from where a part of the rows has it
 constexpr std::size_t kRare = 50;  ///< one row of so many is an extreme
 
+bool is_bent(const Point& at)
+{
+    return std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); });
+}
+
 using Blocks = std::vector<ReportBlock>;
 
 /// Reported RMS of each axis that is the sampling's own: of its own voltage, and where the machine turns, of what a
@@ -333,9 +338,8 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
             held += 2.0 / n * filtered_beyond_mean(0.5, n, 1.0) * at.base[0] * t.weights[0];
     const std::vector<double> each = judge.each(at);
     // Of iron that bends the currents' swings do more.
-    const bool bent = std::any_of(at.terms.begin(), at.terms.end(), [](const Term& t) { return bends(t.input.law); });
     const double most_V = std::max(rate * rate / 24.0, std::abs(held)) * std::sqrt(square / rows);
-    if (!bent && most_V < kPart * std::hypot(each[0], each[1])) return {};
+    if (!is_bent(at) && most_V < kPart * std::hypot(each[0], each[1])) return {};
     // The angle is fitted as well. Without one the phases look the same every third of a turn, and half a
     // turn on with high for low.
     const double link_V = link_to_fit_V(logs);
@@ -359,8 +363,9 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     };
     if (tells_bends(setup))
         o.mapped = [&setup, &judge](const Point& p) {
-            return judge.rms(p) > kStructured * judge.noise(p).of_rows() ? with_map(setup, setup.search(), p)
-                                                                         : Refined();
+            // What a polynomial leaves of its iron at the rows' scale stands in the floor: the rows held out decide.
+            const bool open = is_bent(p) || judge.rms(p) > kStructured * judge.noise(p).of_rows();
+            return open ? with_map(setup, setup.search(), p) : Refined();
         };
     if (setup.regime == Regime::dynamic)
         o.to_law_noise = [&setup](const Refined& r) { return nats_to_law_noise(setup, r); };
@@ -477,7 +482,9 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, std::un
     if (!s.plain.ok)
         throw std::invalid_argument(
             logs.front().path + ": a sampling period spans many time constants of the machine; is this log steady?");
-    look_alikes(out.setup->search(), out.setup->candidates, by, s);
+    // Each exchange leaves less than the one before: an end beyond those that any log had.
+    constexpr int kMostExchanges = 4;
+    for (int n = 0; look_alikes(out.setup->search(), out.setup->candidates, by, n < kMostExchanges, s); ++n) {}
     if (out.setup->part) {
         s.plain = refine(*out.setup->full, s.plain.point, kPasses);
         s.best = s.found.empty() ? s.plain : refine(*out.setup->full, s.best.point, kPasses);

@@ -108,6 +108,15 @@ static void a_class_is_what_one_speed_cannot_tell(void)
     TEST_ASSERT_EQUAL_size_t(0, drawn[0].close.size());
 }
 
+// A filter of a fourteenth of a period is a shift of the currents alone, whichever shift another draw would have.
+static void a_class_has_each_shift(void)
+{
+    const blind::Case c = blind::draw(54284);
+    TEST_ASSERT_EQUAL_STRING("sensor_lag", c.drawn[0].name.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, c.drawn[0].same.size());
+    TEST_ASSERT_EQUAL_STRING("sample_shift", c.drawn[0].same[0].c_str());
+}
+
 // Coulomb friction is named beside it in any case, so that a load, which is one while the shaft moves, may stand for
 // it.
 static void a_class_has_the_friction_that_an_asymmetry_brings(void)
@@ -275,6 +284,7 @@ int main(void)
     RUN_TEST(the_report_calibrates_and_covers);
     RUN_TEST(exact_lists_what_the_log_cannot_tell_and_no_more);
     RUN_TEST(a_class_is_what_one_speed_cannot_tell);
+    RUN_TEST(a_class_has_each_shift);
     RUN_TEST(a_class_has_the_friction_that_an_asymmetry_brings);
     RUN_TEST(an_inverter_loses_what_was_drawn_in_either_plant);
     RUN_TEST(fixed_logs_are_traced);
