@@ -363,7 +363,7 @@ struct Behind {
             }
             run = filter.missing(times(to_here, jumps), times(std::conj(to_here), mirrored));
         }
-        run += filter.of_v({at.v_end_d, at.v_end_q}) + filter.constant;
+        run += filter.of_v({at.v_end_d - at.lost.d, at.v_end_q - at.lost.q}) + filter.constant;
     }
 };
 
@@ -400,7 +400,7 @@ Vector2 late_current(const Moment& at, double tau_s)
 Vector2 settled_iron(const Input& input, const Moment& at)
 {
     constexpr double kLeastPart = 0.05;
-    const double d = at.v_end_d - at.R * at.i_d, q = at.v_end_q - at.R * at.i_q;
+    const double d = at.v_end_d - at.lost.d - at.R * at.i_d, q = at.v_end_q - at.lost.q - at.R * at.i_q;
     double by = 1.0;
     if (input.shape[0] < 0.0) {
         const double size = std::max(std::hypot(d, q) / input.shape[1], kLeastPart);
@@ -433,7 +433,7 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     if (at.settled) return void(g = settled_iron(input, at));
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
     const double tau = periods * at.period_s + at.lag_s;
-    const Vector2 late = on_the_way(at, tau);
+    const Vector2 late = plus(on_the_way(at, tau), 1.0, at.lost);
     Vector2 e{at.v_end_d - late.d - at.R * at.i_d, at.v_end_q - late.q - at.R * at.i_q};
     if (periods > 0.0) {
         // What R takes of the winding's current is late as well.
@@ -558,7 +558,8 @@ void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, V
     case Instant::currents_after: {
         const bool before = static_cast<Instant>(static_cast<int>(input.shape[0])) == Instant::currents_before;
         Vector2 of_f, of_g;
-        sensor(at, sampled_late(at, before ? Vector2{at.v_end_d, at.v_end_q} : at.v_next, shift_s), of_f, of_g);
+        const Vector2 v = plus(before ? Vector2{at.v_end_d, at.v_end_q} : at.v_next, -1.0, at.lost);
+        sensor(at, sampled_late(at, v, shift_s), of_f, of_g);
         f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
         break;
     }
@@ -617,6 +618,16 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 
 }  // namespace
 
+bool loses_voltage(Law law) { return is_dead_time(law) || law == Law::voltage_offset || law == Law::voltage_scale; }
+
+bool asks_for_lost(const Input& input)
+{
+    const bool of_currents = input.law == Law::sample_shift &&
+                             static_cast<Instant>(static_cast<int>(input.shape[0])) <= Instant::currents_after;
+    return of_currents || filters_currents(input) || input.law == Law::pulsed_shift || input.law == Law::iron_loss ||
+           input.law == Law::turn_short;
+}
+
 Vector2 turned_by(double angle, Vector2 x) { return Angle(angle).on(x); }
 
 namespace {
@@ -657,7 +668,7 @@ Moment in_rotors_frame(Moment m)
         const Vector2 x = ahead.on({d, q});
         d = x.d, q = x.q;
     };
-    turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q);
+    turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q), turn(m.lost.d, m.lost.q);
     for (Vector2* v : {&m.v_next, &m.v_now}) *v = ahead.on(*v);
     for (Vector2& v : m.change) v = ahead.on(v);
     for (Vector2& v : m.turned) v = ahead.on(v);
@@ -770,7 +781,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::voltage_scale: f[0] = plus({}, lacking(input, at), at.v_now); break;
     case Law::turn_short: {
         // A third of what it draws, and that mirrored on the phase's axis. (E120)
-        const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{};
+        const Vector2 late = plus(at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{}, 1.0, at.lost);
         const double d = (at.v_end_d - late.d) / 3.0, q = (at.v_end_q - late.q) / 3.0;
         const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
         drawn(at, {d, q}, f[0], g[0]);
@@ -857,8 +868,9 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         const Vector2 more = of_pulses(input, weights[0], at);
         Moment run = at;
         run.i_d -= more.d, run.i_q -= more.q;
-        const Vector2 late = input.law == Law::pulsed_shift ? sampled_late(run, at.v_next, weights[0])
-                                                            : filtered(run, weights[0]);
+        const Vector2 late = input.law == Law::pulsed_shift
+                                 ? sampled_late(run, plus(at.v_next, -1.0, at.lost), weights[0])
+                                 : filtered(run, weights[0]);
         Vector2 of_f, of_g;
         sensor(at, plus(more, 1.0, late), of_f, of_g);
         f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);

@@ -79,6 +79,7 @@ struct Moment {
     double lag_s = 0;      ///< of a filter that all of the line's current passes
     Angle ahead;           ///< of the rotor, what the angle is in whose frame all of this is seen
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
+    Vector2 lost;          ///< of the voltage, before it reaches the machine
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;
     /// Incremental inductance less Ld, Lq, along the rotor's axes, and its slopes by i_d and by i_q.
@@ -110,6 +111,10 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
 /// evaluate_sum() and evaluate_slope() at once.
 void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
                          double f_slope[4], double g_slope[4]);
+
+/// Whether a law is of voltage that does not reach the machine, and whether it asks how much that is.
+bool loses_voltage(Law law);
+bool asks_for_lost(const Input& input);
 
 /// (E54): torque of one unit of each weight, at speed w_m and shaft angle theta_m.
 void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights]);

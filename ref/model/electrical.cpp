@@ -106,6 +106,7 @@ struct ElectricalModel::Plant {
     const Input* pulses = nullptr;  ///< of the legs, about what their mean voltage runs
     bool asks_next = false;         ///< for the voltage that begins at a row
     bool asks_before = false;       ///< for the currents of the row before a period
+    bool asks_lost = false;         ///< for what of the voltage does not reach the machine, where any is
     double lag_s = 0.0;             ///< of the currents' filter
     Angle ahead;                    ///< what the angle is of the rotor
     double ahead_s = 0.0;           ///< the same, of a later instant
@@ -125,10 +126,15 @@ struct ElectricalModel::Plant {
             if (t.input.law == Law::pulses) pulses = &t.input;
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
+            asks_lost = asks_lost || asks_for_lost(t.input);
         }
         if (candidates != nullptr)
-            for (const Input& c : *candidates)
+            for (const Input& c : *candidates) {
                 asks_next = asks_next || asks_for_next(c), asks_before = asks_before || c.law == Law::dead_given_back;
+                asks_lost = asks_lost || asks_for_lost(c);
+            }
+        const auto loses = [](const Term& t) { return loses_voltage(t.input.law); };
+        asks_lost = asks_lost && std::any_of(at.terms.begin(), at.terms.end(), loses);
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
@@ -176,6 +182,11 @@ struct ElectricalModel::Plant {
         const TraceColumns& c = columns(piece);
         const double i_d = piece.log->i_d_A[n], i_q = piece.log->i_q_A[n];
         m.before_alpha = c.cos_e[n] * i_d - c.sin_e[n] * i_q, m.before_beta = c.sin_e[n] * i_d + c.cos_e[n] * i_q;
+    }
+
+    void put_lost(Moment& m) const
+    {
+        if (asks_lost) dqw::put_lost(at.terms, m);
     }
 
     void put_currents(Moment& m, Vector2 i) const
@@ -260,6 +271,7 @@ struct ElectricalModel::Plant {
         Moment m0 = moment(piece, k, row, {row.i_d_A, row.i_q_A}, v_end, dt),
                m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
+        put_lost(m0), put_lost(m1);
         Vector2 f0, g0, f1, g1;
         sum_terms(piece, k, m0, f0, g0);
         sum_terms(piece, k + 1, m1, f1, g1);
@@ -388,6 +400,7 @@ struct ElectricalModel::Run {
         Moment m0 = plant.moment(piece, k, row, i, v_end, dt),
                m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
+        plant.put_lost(m0), plant.put_lost(m1);
         if (!plant.at.terms.empty()) {
             Taken bent, straight;
             plant.sum_terms(piece, k, m0, bent, straight);

@@ -24,6 +24,22 @@ inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std
     }
 }
 
+/// What of the voltage the terms take before it reaches the machine, at the moment's currents.
+inline void put_lost(const std::vector<Term>& terms, Moment& m)
+{
+    Moment now = m;
+    now.ends = false, m.lost = {};
+    for (const Term& t : terms) {
+        if (!loses_voltage(t.input.law)) continue;
+        // What a period loses at its edges counts at its start, twice.
+        now.starts = t.input.loss == LossLaw::edges;
+        Vector2 f, g;
+        evaluate_sum(t.input, t.weights.data(), now, f, g);
+        const double part = now.starts ? 0.5 : 1.0;
+        m.lost.d += part * f.d, m.lost.q += part * f.q;
+    }
+}
+
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
 /// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the
 /// moment's heat_K.

@@ -54,6 +54,7 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
     m.settled = true;
     m.R = at.base[kR], m.Ld = at.base[kLd], m.Lq = at.base[kLq], m.psi = at.base[kPsi];
     put_state(at.terms, c, k, m);
+    put_lost(at.terms, m);
     put_bends(at, m);
     return m;
 }

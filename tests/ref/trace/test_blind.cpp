@@ -111,7 +111,7 @@ static void a_class_is_what_one_speed_cannot_tell(void)
 // A filter of a fourteenth of a period is a shift of the currents alone, whichever shift another draw would have.
 static void a_class_has_each_shift(void)
 {
-    const blind::Case c = blind::draw(54284);
+    const blind::Case c = blind::draw(54291);
     TEST_ASSERT_EQUAL_STRING("sensor_lag", c.drawn[0].name.c_str());
     TEST_ASSERT_EQUAL_size_t(1, c.drawn[0].same.size());
     TEST_ASSERT_EQUAL_STRING("sample_shift", c.drawn[0].same[0].c_str());
