@@ -618,7 +618,7 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 
 }  // namespace
 
-bool loses_voltage(Law law) { return is_dead_time(law) || law == Law::voltage_offset || law == Law::voltage_scale; }
+bool loses_voltage(Law law) { return law == Law::voltage_offset || law == Law::voltage_scale; }
 
 bool asks_for_lost(const Input& input)
 {

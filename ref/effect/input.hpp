@@ -112,7 +112,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
 void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
                          double f_slope[4], double g_slope[4]);
 
-/// Whether a law is of voltage that does not reach the machine, and whether it asks how much that is.
+/// Whether a law is of voltage that does not reach the machine, by as much all through a period; whether one asks for it.
 bool loses_voltage(Law law);
 bool asks_for_lost(const Input& input);
 

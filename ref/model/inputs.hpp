@@ -24,20 +24,13 @@ inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std
     }
 }
 
-/// What of the voltage the terms take before it reaches the machine, at the moment's currents.
+/// What of the voltage the terms take before it reaches the machine.
 inline void put_lost(const std::vector<Term>& terms, Moment& m)
 {
-    Moment now = m;
-    now.ends = false, m.lost = {};
-    for (const Term& t : terms) {
-        if (!loses_voltage(t.input.law)) continue;
-        // What a period loses at its edges counts at its start, twice.
-        now.starts = t.input.loss == LossLaw::edges;
-        Vector2 f, g;
-        evaluate_sum(t.input, t.weights.data(), now, f, g);
-        const double part = now.starts ? 0.5 : 1.0;
-        m.lost.d += part * f.d, m.lost.q += part * f.q;
-    }
+    Vector2 f, g;
+    for (const Term& t : terms)
+        if (loses_voltage(t.input.law)) evaluate_sum(t.input, t.weights.data(), m, f, g);
+    m.lost = f;
 }
 
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
