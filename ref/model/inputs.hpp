@@ -14,7 +14,7 @@ struct Units {
     Vector2 f[kMostWeights], g[kMostWeights];
 };
 
-/// R and psi as the winding and the magnet are at row k: what else there is meets those.
+/// R and psi as the winding and the magnet are at row k: what else there is meets those. (E182)
 inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std::size_t k, Moment& m)
 {
     for (const Term& t : terms) {
@@ -24,7 +24,7 @@ inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std
     }
 }
 
-/// What of the voltage the terms take before it reaches the machine.
+/// What of the voltage the terms take before it reaches the machine. (E182)
 inline void put_lost(const std::vector<Term>& terms, Moment& m)
 {
     Vector2 f, g;

@@ -412,7 +412,7 @@ namespace {
 
 /// Another in the place of the effect at `k`, which what was found since shows to have been the wrong one: where the rows
 /// held out confirm it, beside what noise either law brings in, and it is as plain and leaves no more, or leaves as much
-/// less as names an effect more.
+/// less as names an effect more. (E176)
 bool takes_its_place(const Model& model, const std::vector<Tried>& others, const SelectOptions& options, std::size_t k,
                      Selection& s)
 {
