@@ -11,10 +11,11 @@ ifeq ($(MAKELEVEL)$(filter -j%,$(MAKEFLAGS)),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
 
-# The sanitized tests are built by a second make into $(BUILD)/asan; Unity stays in one place.
+# The sanitized tests are built by a second make into $(BUILD)/asan, by Clang $(BUILD)/asan-clang; Unity stays in one
+# place.
 TOP      := $(BUILD)
 ifdef SANITIZE
-TOP      := $(patsubst %/asan,%,$(BUILD))
+TOP      := $(patsubst %/asan,%,$(BUILD:-clang=))
 SANFLAGS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g1
 OPT      := -O1
 # What does not compute builds faster than it runs.
@@ -132,7 +133,7 @@ QUICK_CC  = $(shell echo 'int main(void){return 0;}' | clang++ -x c++ -fsanitize
 sanitized:
 	@.ci/install build
 	@.ci/unity $(UNITY_DIR)
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan SANITIZE=1 UNITY_DIR=$(UNITY_DIR) $(QUICK_CC) run-tests
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan$(if $(QUICK_CC),-clang) SANITIZE=1 UNITY_DIR=$(UNITY_DIR) $(QUICK_CC) run-tests
 
 ## run-tests    build and run every test, install nothing
 .PHONY: run-tests

@@ -479,9 +479,9 @@ Vector2 turned_iron_slope(const Moment& at, double siemens)
 
 /// Currents and voltage seen from a frame that is `angle` ahead of the rotor: the induced voltage lies elsewhere, and
 /// with saliency the flux. (E116)
-void seen_ahead(const Moment& at, double angle, Vector2& f, Vector2& g)
+void seen_ahead(const Moment& at, double psi, double angle, Vector2& f, Vector2& g)
 {
-    const double e = at.w_e * at.psi / at.mean_of_held, c = std::cos(angle), s = std::sin(angle);
+    const double e = at.w_e * psi / at.mean_of_held, c = std::cos(angle), s = std::sin(angle);
     f.d += e * s, f.q += e * (c - 1.0);
     // L in that frame less L.
     const double L = at.Lq - at.Ld, of_i = s * s * L, cross = c * s * L;
@@ -563,7 +563,7 @@ void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, V
         f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
         break;
     }
-    case Instant::angle: seen_ahead(at, at.w_e * shift_s, f, g); break;
+    case Instant::angle: seen_ahead(at, at.psi - at.warm_Wb, at.w_e * shift_s, f, g); break;
     case Instant::voltage_turned:
         if (!at.settled) f = plus(f, 1.0, Late(at, shift_s / at.period_s, at.turned).f);
         break;
@@ -597,7 +597,7 @@ void eccentric(const Input& input, const double weights[], const Moment& at, Vec
     const double p = input.shape[2], n = input.shape[0];
     const double c = n > 1.5 ? at.cos_m * at.cos_m - at.sin_m * at.sin_m : at.cos_m,
                  s = n > 1.5 ? 2.0 * at.cos_m * at.sin_m : at.sin_m;
-    seen_ahead(at, p * (weights[0] * c + weights[1] * s), f, g);
+    seen_ahead(at, at.psi, p * (weights[0] * c + weights[1] * s), f, g);
     const double faster = n * at.w_e * (weights[1] * c - weights[0] * s) / at.mean_of_held;
     if (input.shape[1] > 0.5)
         f.q -= faster * at.psi;
@@ -624,8 +624,8 @@ bool asks_for_lost(const Input& input)
 {
     const bool of_currents = input.law == Law::sample_shift &&
                              static_cast<Instant>(static_cast<int>(input.shape[0])) <= Instant::currents_after;
-    return of_currents || filters_currents(input) || input.law == Law::pulsed_shift || input.law == Law::iron_loss ||
-           input.law == Law::turn_short;
+    return of_currents || filters_currents(input) || input.law == Law::delay || input.law == Law::pulsed_shift ||
+           input.law == Law::iron_loss || input.law == Law::turn_short;
 }
 
 Vector2 turned_by(double angle, Vector2 x) { return Angle(angle).on(x); }
@@ -764,7 +764,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
         sensor(at, to_dq(at, beta, alpha), f[1], g[1]);
         break;
     }
-    case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - at.psi}; break;
+    case Law::angle_offset: g[0] = {(at.Lq - at.Ld) * at.i_q, (at.Lq - at.Ld) * at.i_d - (at.psi - at.warm_Wb)}; break;
     case Law::delay: f[0] = Late(at, weights ? weights[0] : 0.0, at.change).slope; break;
     case Law::sample_shift:
     case Law::pulsed_shift:
@@ -850,8 +850,9 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     }
     if (input.law == Law::angle_offset) {
         const double c = std::cos(weights[0]), s = std::sin(weights[0]);
-        const double flux_d = at.Ld * (c * at.i_d - s * at.i_q) + at.psi, flux_q = at.Lq * (s * at.i_d + c * at.i_q);
-        g.d += c * flux_d + s * flux_q - at.Ld * at.i_d - at.psi;
+        const double psi = at.psi - at.warm_Wb;
+        const double flux_d = at.Ld * (c * at.i_d - s * at.i_q) + psi, flux_q = at.Lq * (s * at.i_d + c * at.i_q);
+        g.d += c * flux_d + s * flux_q - at.Ld * at.i_d - psi;
         g.q += c * flux_q - s * flux_d - at.Lq * at.i_q;
         return;
     }

@@ -82,6 +82,8 @@ struct Moment {
     Vector2 lost;          ///< of the voltage, before it reaches the machine
     double heat_K = 0;
     double R = 0, Ld = 0, Lq = 0, psi = 0;
+    double warm_Wb =
+        0;  ///< of psi, the part that is a law of its own, of the rotor's frame: an angle turns that already
     /// Incremental inductance less Ld, Lq, along the rotor's axes, and its slopes by i_d and by i_q.
     double bend_dd_H = 0, bend_dq_H = 0, bend_qq_H = 0;
     double by_d_H_A[3] = {}, by_q_H_A[3] = {};

@@ -20,17 +20,28 @@ inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std
     for (const Term& t : terms) {
         if (t.input.law == Law::skin_effect) m.R += t.weights[0] * m.w_e * m.w_e;
         if (t.input.law == Law::winding_temperature) m.R += t.weights[0] * heat_at(c, t.input, k);
-        if (t.input.law == Law::magnet_temperature) m.psi += t.weights[0] * heat_at(c, t.input, k);
+        if (t.input.law == Law::magnet_temperature) m.warm_Wb += t.weights[0] * heat_at(c, t.input, k);
     }
+    m.psi += m.warm_Wb;
+    if (m.settled) m.warm_Wb = 0.0;
 }
 
-/// What of the voltage the terms take before it reaches the machine. (E182)
+/// What of the voltage the terms take before it reaches the machine. It turns along with the rotor: of what stands still
+/// it is the jumps as well. (E182)
 inline void put_lost(const std::vector<Term>& terms, Moment& m)
 {
     Vector2 f, g;
     for (const Term& t : terms)
         if (loses_voltage(t.input.law)) evaluate_sum(t.input, t.weights.data(), m, f, g);
     m.lost = f;
+    if (m.settled) return;
+    const Angle back(-m.w_e * m.period_s);
+    Vector2 now = f;
+    for (Vector2& change : m.change) {
+        const Vector2 before = back.on(now);
+        change.d -= now.d - before.d, change.q -= now.q - before.q;
+        now = before;
+    }
 }
 
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each

@@ -410,6 +410,18 @@ void drop_superfluous(const Model& model, const SelectOptions& options, Selectio
 
 namespace {
 
+/// The points after each effect from the k-th on, anew: the best without those found later.
+void follow(const Model& model, std::size_t k, Selection& s)
+{
+    for (std::size_t j = k; j < s.found.size(); ++j) {
+        Point at = s.best.point;
+        for (std::size_t later = j + 1; later < s.found.size(); ++later) at = without(at, s.found[later].name);
+        const bool last = j + 1 == s.found.size();
+        const Refined there = last ? s.best : refine(model, at, kPasses);
+        if (there.ok) s.after[j] = there.point;
+    }
+}
+
 /// Another in the place of the effect at `k`, which what was found since shows to have been the wrong one: where the rows
 /// held out confirm it, beside what noise either law brings in, and it is as plain and leaves no more, or leaves as much
 /// less as names an effect more. (E176)
@@ -436,7 +448,7 @@ bool takes_its_place(const Model& model, const std::vector<Tried>& others, const
     Refined fitted = refine(model, best->refined, kPasses);
     s.best = options.settle ? options.settle(std::move(fitted)) : std::move(fitted);
     s.found[k] = {best->name, {}, s.found[k].round};
-    s.after[k] = s.best.point;
+    follow(model, k, s);
     s.beside_last.clear();
     return true;
 }
@@ -645,7 +657,7 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             s.best = std::move(t.refined);
             s.found[k] = {t.name, {}, s.found[k].round};
-            s.after[k] = s.best.point;
+            follow(model, k, s);
             return true;
         }
     }

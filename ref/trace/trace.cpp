@@ -636,10 +636,14 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
         return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
     }
     if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
-    // What a voltage that turns otherwise looks like.
-    const bool alike = std::any_of(found.selection.found.begin(), found.selection.found.end(), [](const Found& f) {
-        const Effect* effect = find_effect(f.name);
+    // What a voltage that turns otherwise looks like, or what is not told from that.
+    const auto is_like_it = [](const std::string& name) {
+        const Effect* effect = find_effect(name);
         return effect != nullptr && (effect->is & is_like_turning_v) != 0;
+    };
+    const auto& named = found.selection.found;
+    const bool alike = std::any_of(named.begin(), named.end(), [&](const Found& f) {
+        return is_like_it(f.name) || std::any_of(f.confusable_with.begin(), f.confusable_with.end(), is_like_it);
     });
     const bool is_noise = found.rms < kStructured * found.judge->noise(found.selection.best.point).floor;
     if (!alike && (is_noise || below(found.judge->each(found.selection.best.point), found.exact))) return found;
