@@ -664,19 +664,6 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
     return false;
 }
 
-/// Those that come and go once or twice a turn, electrical or of the shaft, or slowly with heat: three legs' pulses do
-/// neither.
-std::vector<Candidate> unlike_pulses(const std::vector<Candidate>& candidates)
-{
-    std::vector<Candidate> out;
-    for (const Candidate& c : candidates) {
-        const Effect& e = effect_of(c.inputs.front().law);
-        const bool turns = e.order == 1.0 || e.order == 2.0 || e.shape == Shape::shaft_order;
-        if (turns || e.shape == Shape::heat) out.push_back(c);
-    }
-    return out;
-}
-
 }  // namespace
 
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
@@ -700,11 +687,8 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             s.beside_last.clear();
             left = options.reported_rms(s.best.point);
         }
-        const bool exact = below(left, options.exact);
-        const std::vector<Candidate> rest = exact ? unlike_pulses(candidates) : std::vector<Candidate>();
-        if (below(left, options.own) || (exact && rest.empty())) break;
-        std::vector<Tried> tried = round(model, s.best, exact ? rest : candidates, options,
-                                         n == 0 && !exact ? &s.alone : nullptr);
+        if (below(left, options.own)) break;
+        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
         weigh_law_noise(options, tried);
         const Tried* taken = nullptr;
         for (const Tried& t : tried)
@@ -722,7 +706,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         // What a polynomial leaves of its iron looks like much else.
         const bool bends = has(s.best.point, name_of(Law::saturation)) ||
                            has(s.best.point, name_of(Law::cross_saturation));
-        if (taken && bends && !mapped && !refused && !exact && !taken->candidate.is_fault()) {
+        if (taken && bends && !mapped && !refused && !taken->candidate.is_fault()) {
             mapped = take_map(model, options, taken, n, s);
             refused = !mapped;
             if (mapped) {
@@ -731,7 +715,6 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             }
         }
         if (!taken) {
-            if (exact) break;
             if (mapped || !take_map(model, options, nullptr, n, s)) {
                 if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
             } else {
@@ -753,7 +736,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             s.found.push_back({name, {}, n, {}, {}}), s.after.push_back(s.best.point);
         // Without either of two, the other stands.
         s.beside_last.clear();
-        if (!exact && taken->candidate.names().size() == 1 && are_alike(s.before_last.point, s.best.point))
+        if (taken->candidate.names().size() == 1 && are_alike(s.before_last.point, s.best.point))
             s.beside_last = std::move(tried);
     }
     const std::size_t found = s.found.size();

@@ -60,9 +60,8 @@ struct SelectOptions {
     std::function<std::vector<double>(const Point&)> reported_rms;
     /// The same of all channels together, or, where that is beyond `most`, anything that is.
     std::function<double(const Point&, double most)> reported_rms_to;
-    /// Of each axis: below all of them what is left may be the pulses' within a period, and only what they do not look
-    /// like is sought; below all of `own` nothing is.
-    std::vector<double> exact, own;
+    /// Of each axis: below all of them what is left is the sampling's, and nothing is sought.
+    std::vector<double> own;
     /// of settled points: what turns with the speed cannot be told apart there but by small terms
     bool one_speed = false;
     /// The same point with the choices settled that an effect just taken leaves open; absent: none are.

@@ -376,7 +376,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     if (held.size() < kLeastBlocks)
         throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " +
                                     std::to_string(held.size()) + " blocks of the residual");
-    o.exact = exact_of(setup, held, judge.channels, true), o.own = exact_of(setup, held, judge.channels, false);
+    o.own = exact_of(setup, held, judge.channels, false);
     o.one_speed = setup.one_speed;
     if (options.progress)
         o.tick = [&options, &ticks] {
@@ -477,7 +477,8 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, std::un
     out.setup = std::move(setup);
     out.judge = std::make_unique<Judge>(*out.setup);
     const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
-    out.exact = by.exact, out.own = by.own;
+    out.exact = exact_of(*out.setup, out.judge->of(out.setup->starts.front(), false), out.judge->channels, true);
+    out.own = by.own;
     Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
     if (!s.plain.ok)
         throw std::invalid_argument(

@@ -138,7 +138,7 @@ void late_currents_and_an_angle_that_is_off_are_both_told()
     }
 }
 
-/// What comes once a turn no pulses make: below what they may turn, a sensor's offset is named still.
+/// Below what a period's pulses may turn a sensor's offset is named still.
 void offset_below_the_pulses_own_is_named()
 {
     const TraceResult r = dqw::trace(
@@ -148,7 +148,7 @@ void offset_below_the_pulses_own_is_named()
     TEST_ASSERT_DOUBLE_WITHIN(0.4e-3, 10e-3, value(r.effects[0].parameters, "i_alpha_A"));
 }
 
-/// Nor do they warm up. Without the name R takes the mean of it, 1 %, and the log is clean.
+/// And heat. Without the name R takes the mean of it, 1 %, and the log is clean.
 void heat_below_the_pulses_own_is_named()
 {
     const TraceResult r = dqw::trace(
