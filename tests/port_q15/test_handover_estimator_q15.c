@@ -161,8 +161,9 @@ static void test_a_half_may_end_in_the_background_anywhere(void)
         everywhere.first = 0;
         everywhere.last = count - 4000;
         memcpy(&held, &start, sizeof held);
-        // AddressSanitizer counts a few others once it has been interrupted.
-        HOLDS(preempt_everywhere(stride, &held, sizeof held, background, interrupt, one_of_them) > count - 100);
+        // AddressSanitizer counts a few others once it has been interrupted: Clang's 140 of 151 810.
+        HOLDS(preempt_everywhere(stride, &held, sizeof held, background, interrupt, one_of_them) >
+              count - 100 - count / 1000);
         everywhere.last = 0;
     }
 #else
