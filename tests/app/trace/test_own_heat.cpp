@@ -80,9 +80,11 @@ std::string rows_of(const Machine& m, double most[2])
                 wound = line - m.iron_S * std::pow(std::abs(e) / (w_0 * kPsi), m.power - 2.0) / kI * e;
             }
             const std::complex<double> v = std::conj(back) * (R * kI * line + lost * line + e);
+            // Drawn in this order whatever the compiler: arguments have none.
+            const double noise_q = noise(random), noise_d = noise(random);
             char row[160];
-            std::snprintf(row, sizeof row, "%.9g,%.9g,%.9g,%.9g,%.9g\n", v.real() + m.offset_V + noise(random),
-                          v.imag() + noise(random), kI * x, kI * y, w);
+            std::snprintf(row, sizeof row, "%.9g,%.9g,%.9g,%.9g,%.9g\n", v.real() + m.offset_V + noise_d,
+                          v.imag() + noise_q, kI * x, kI * y, w);
             lines[static_cast<std::size_t>(m.across ? b * kSide + a : n)] = row;
         }
         for (const std::string& line : lines) text += line;
