@@ -172,7 +172,7 @@ void map_of_the_servo_am8141()
     TEST_ASSERT_TRUE(flux_error(r, map, -8, 0, 8) < 0.007);
 }
 
-/// Measured: R 0.629 of 0.63 ohm, 5.2 V before, 0.57 V after; flux within 4 %, its map within 0.32 %. A
+/// Measured: R 0.6301 of 0.63 ohm, 5.2 V before, 0.47 V after; firmware's flux off by 6.6 %, its map by 0.32 %. A
 /// synchronous-reluctance motor: L_q falls to a third within 8 A.
 void map_of_the_reluctance_motor_baldor()
 {
@@ -186,10 +186,10 @@ void map_of_the_reluctance_motor_baldor()
     TEST_ASSERT_NOT_NULL(effect(r, "saturation"));
     TEST_ASSERT_NOT_NULL(effect(r, "cross_saturation"));
     TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
-    TEST_ASSERT_DOUBLE_WITHIN(0.02 * 0.63, 0.63, value(r.after.parameters, "R_ohm"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.002 * 0.63, 0.63, value(r.after.parameters, "R_ohm"));
     TEST_ASSERT_DOUBLE_WITHIN(1.0, 5.2, r.before.heldout_rms);
-    TEST_ASSERT_DOUBLE_WITHIN(0.09, 0.57, r.after.heldout_rms);
-    TEST_ASSERT_TRUE(flux_error(r, numbers(data("flux_map_baldor")), -8, -2, 6) < 0.05);
+    TEST_ASSERT_DOUBLE_WITHIN(0.09, 0.465, r.after.heldout_rms);
+    TEST_ASSERT_DOUBLE_WITHIN(0.015, 0.066, flux_error(r, numbers(data("flux_map_baldor")), -8, -2, 6));
     map_is_the_measured_one(r, numbers(data("flux_map_baldor")), 0.2, 0.5);
 }
 
