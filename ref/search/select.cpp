@@ -425,8 +425,8 @@ void follow(const Model& model, std::size_t k, Selection& s)
 /// Another in the place of the effect at `k`, which what was found since shows to have been the wrong one: where the rows
 /// held out confirm it, beside what noise either law brings in, and it is as plain and leaves no more, or leaves as much
 /// less as names an effect more. (E176)
-bool takes_its_place(const Model& model, const std::vector<Tried>& others, const SelectOptions& options, std::size_t k,
-                     Selection& s)
+bool takes_its_place(const Model& model, const std::vector<Tried>& others, const SelectOptions& options,
+                     double own_noise, std::size_t k, Selection& s)
 {
     const double left = joint(options.reported_rms(s.best.point));
     const Tried* best = nullptr;
@@ -437,8 +437,7 @@ bool takes_its_place(const Model& model, const std::vector<Tried>& others, const
         if (std::any_of(s.found.begin(), s.found.end(), is_it)) continue;
         const Better gain = better(model, s.best.left, t.refined.left);
         if (!confirmed(model, gain)) continue;
-        const double noise = law_noise(options, t.refined) - law_noise(options, s.best);
-        if (!confirmed(model, beside_law_noise(gain, noise))) continue;
+        if (!confirmed(model, beside_law_noise(gain, law_noise(options, t.refined) - own_noise))) continue;
         if (options.veto && !options.veto(t.refined.point).empty()) continue;
         const bool as_plain = t.refined.point.columns() <= s.best.point.columns() &&
                               joint(options.reported_rms(t.refined.point)) <= left;
@@ -482,7 +481,7 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
                                                        has_any_sensor);
         const std::size_t place = static_cast<std::size_t>(&found - s.found.data());
         if (exchanges && s.found.size() > 1 && !bends_iron(found.name) &&
-            takes_its_place(model, tried, options, place, s)) {
+            takes_its_place(model, tried, options, own, place, s)) {
             drop_superfluous(model, options, s);
             return true;
         }

@@ -354,7 +354,8 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     return out;
 }
 
-SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const TraceOptions& options, int& ticks)
+SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const Blocks& held,
+                             const TraceOptions& options, int& ticks)
 {
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
@@ -372,7 +373,6 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     o.pulses = [&setup, &judge](const Point& p) { return pulses_of(setup, judge, p); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     o.reported_rms_to = [&judge](const Point& p, double most) { return judge.rms_to(p, most); };
-    const Blocks held = judge.of(setup.starts.front(), false);
     if (held.size() < kLeastBlocks)
         throw std::invalid_argument(setup.logs->front().path + ": too few rows to hold some out: " +
                                     std::to_string(held.size()) + " blocks of the residual");
@@ -476,9 +476,9 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, std::un
     Search out;
     out.setup = std::move(setup);
     out.judge = std::make_unique<Judge>(*out.setup);
-    const SelectOptions by = select_options(*out.setup, *out.judge, options, ticks);
-    out.exact = exact_of(*out.setup, out.judge->of(out.setup->starts.front(), false), out.judge->channels, true);
-    out.own = by.own;
+    const Blocks held = out.judge->of(out.setup->starts.front(), false);
+    const SelectOptions by = select_options(*out.setup, *out.judge, held, options, ticks);
+    out.exact = exact_of(*out.setup, held, out.judge->channels, true), out.own = by.own;
     Selection& s = out.selection = select(out.setup->search(), best_start(*out.setup), out.setup->candidates, by);
     if (!s.plain.ok)
         throw std::invalid_argument(

@@ -38,6 +38,13 @@ void only(const TraceResult& r, const char* effect)
     TEST_ASSERT_EQUAL_STRING(effect, r.effects[0].name.c_str());
 }
 
+void both(const TraceResult& r, const char* first, const char* second)
+{
+    TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
+    TEST_ASSERT_EQUAL_STRING(first, r.effects[0].name.c_str());
+    TEST_ASSERT_EQUAL_STRING(second, r.effects[1].name.c_str());
+}
+
 void clean_log_has_nothing()
 {
     const TraceResult r = dqw::trace(one_log("servo", {}));
@@ -209,9 +216,7 @@ void a_magnet_that_warms_beside_an_angle_is_counted_once()
         "servo", {"duration_s=1", "noise=0.0005", "noise.temp=0.0001", "nonideal.angle_offset_rad=0.1",
                   "nonideal.magnet_beta_per_K=-0.004", "machine.winding_heat_J_K=1", "machine.magnet_heat_J_K=1",
                   "machine.winding_ambient_W_K=0.05", "machine.winding_magnet_W_K=2"}));
-    TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
-    TEST_ASSERT_EQUAL_STRING("angle_offset", r.effects[0].name.c_str());
-    TEST_ASSERT_EQUAL_STRING("magnet_temperature", r.effects[1].name.c_str());
+    both(r, "angle_offset", "magnet_temperature");
     TEST_ASSERT_DOUBLE_WITHIN(0.1e-3, 0.1, value(r.effects[0].parameters, "angle_rad"));
     TEST_ASSERT_DOUBLE_WITHIN(0.02e-3, -4e-3, value(r.effects[1].parameters, "beta_per_K"));
     TEST_ASSERT_TRUE(r.after.heldout_rms < 1.2 * r.noise_floor);
@@ -224,9 +229,7 @@ void a_late_voltage_has_no_jumps_of_an_offset()
     const TraceResult r = dqw::trace(
         one_log("servo", {"duration_s=1", "noise=0.001", "nonideal.delay_periods=0.5", "nonideal.voltage_offset_d_V=1",
                           "nonideal.voltage_offset_q_V=-2"}));
-    TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
-    TEST_ASSERT_EQUAL_STRING("delay", r.effects[0].name.c_str());
-    TEST_ASSERT_EQUAL_STRING("voltage_offset", r.effects[1].name.c_str());
+    both(r, "delay", "voltage_offset");
     TEST_ASSERT_DOUBLE_WITHIN(0.01e-3, 0.12, value(r.after.parameters, "psi_Wb"));
 }
 
@@ -237,9 +240,7 @@ void late_currents_run_without_what_the_voltage_lacks()
     const TraceResult r = dqw::trace(
         one_log("servo", {"duration_s=1", "noise=0.003", "sensing.late_periods=0.6", "nonideal.voltage_offset_d_V=1",
                           "nonideal.voltage_offset_q_V=-2"}));
-    TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
-    TEST_ASSERT_EQUAL_STRING("sample_shift", r.effects[0].name.c_str());
-    TEST_ASSERT_EQUAL_STRING("voltage_offset", r.effects[1].name.c_str());
+    both(r, "sample_shift", "voltage_offset");
     TEST_ASSERT_DOUBLE_WITHIN(4e-3, 1.0, value(r.effects[1].parameters, "v_d_V"));
     TEST_ASSERT_DOUBLE_WITHIN(0.03e-3, 0.12, value(r.after.parameters, "psi_Wb"));
 }
