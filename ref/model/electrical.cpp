@@ -110,6 +110,7 @@ struct ElectricalModel::Plant {
     double lag_s = 0.0;             ///< of the currents' filter
     Angle ahead;                    ///< what the angle is of the rotor
     double ahead_s = 0.0;           ///< the same, of a later instant
+    bool drives = false;            ///< a dead time below nothing drives currents on where they cross zero
     double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
     Plant(const ElectricalModel& m, const Point& p, const std::vector<Input>* candidates = nullptr)
@@ -123,6 +124,7 @@ struct ElectricalModel::Plant {
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
             bends_iron = bends_iron || bends(t.input.law);
             draws = draws || t.input.law == Law::turn_short;
+            drives = drives || (is_dead_time(t.input.law) && t.weights[0] < 0.0);
             if (t.input.law == Law::pulses) pulses = &t.input;
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
@@ -439,15 +441,26 @@ struct ElectricalModel::Run {
         for (std::size_t j : {first_gain, first_gain + 1}) s[j] = T * s[j];
     }
 
+    /// Of an error that the last gain left, how much the next may leave, (E183): less than all where a dead time below
+    /// nothing makes errors of the currents grow.
+    double left_of(const Step& step, const Matrix2& A) const
+    {
+        if (!plant.drives) return 1.0;
+        // Below 1 they grow; at an end that has no one solution, without bound.
+        const double shrink = determinant(step.by_end) * determinant(A) / determinant(step.by_start);
+        return shrink < 1.0 ? std::max(shrink, 0.0) * std::max(shrink, 0.0) : 1.0;
+    }
+
     /// Corrects the currents i by the error e of row k, and their derivatives.
-    Vector2 correct(std::size_t k, Vector2 i, Vector2 e)
+    Vector2 correct(std::size_t k, Vector2 i, Vector2 e, double left)
     {
         const std::size_t n = k - span.begin - 1;
-        const double k_d = pass.schedule[0].gain(n), k_q = pass.schedule[1].gain(n);
+        const double k_d = 1.0 - left * (1.0 - pass.schedule[0].gain(n)),
+                     k_q = 1.0 - left * (1.0 - pass.schedule[1].gain(n));
         for (Vector2& by : s) by.d *= 1.0 - k_d, by.q *= 1.0 - k_q;
         if (!s.empty()) {
-            s[first_gain].d += pass.schedule[0].slope(n) * e.d;
-            s[first_gain + 1].q += pass.schedule[1].slope(n) * e.q;
+            s[first_gain].d += left * pass.schedule[0].slope(n) * e.d;
+            s[first_gain + 1].q += left * pass.schedule[1].slope(n) * e.q;
         }
         return {i.d + k_d * e.d, i.q + k_q * e.q};
     }
@@ -475,7 +488,7 @@ struct ElectricalModel::Run {
             if (columns > 0) base_slopes(r, w_dt / dt, dt, i, v, step, w_m * dt);
             const Vector2 e = Vector2{next.i_d_A, next.i_q_A} - step.next;
             count(k + 1, e);
-            i = correct(k + 1, step.next, e);
+            i = correct(k + 1, step.next, e, left_of(step, r[0].A()));
             row = next;
         }
         gather.flush();

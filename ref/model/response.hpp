@@ -28,9 +28,10 @@ inline Matrix2 operator*(double k, const Matrix2& a) { return {k * a.dd, k * a.d
 inline Vector2 operator+(const Vector2& a, const Vector2& b) { return {a.d + b.d, a.q + b.q}; }
 inline Vector2 operator-(const Vector2& a, const Vector2& b) { return {a.d - b.d, a.q - b.q}; }
 inline Vector2 operator*(double k, const Vector2& a) { return {k * a.d, k * a.q}; }
+inline double determinant(const Matrix2& a) { return a.dd * a.qq - a.dq * a.qd; }
 inline Matrix2 inverse(const Matrix2& a)
 {
-    const double k = 1.0 / (a.dd * a.qq - a.dq * a.qd);
+    const double k = 1.0 / determinant(a);
     return {k * a.qq, -k * a.dq, -k * a.qd, k * a.dd};
 }
 inline Matrix2 turn(double c, double s) { return {c, -s, s, c}; }

@@ -466,17 +466,6 @@ void add_distance(const Refined& other, FluxMap& map)
 
 }  // namespace
 
-Eigen::VectorXd spread_over_cells(const TraceSetup& setup, const Refined& best)
-{
-    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
-    const auto& terms = best.point.terms;
-    if (std::none_of(terms.begin(), terms.end(), [](const Term& t) { return is_map(t.input.law); })) return spread;
-    const Refined wider = refine(*setup.full, with_wider_cells(setup, best.point), kPasses);
-    const Eigen::Index n = best.point.base.size();
-    if (wider.ok) spread.head(n) = (wider.point.base - best.point.base).cwiseAbs();
-    return spread;
-}
-
 bool saw_one_current(const std::vector<double>& i_d_A, const std::vector<double>& i_q_A, Vector2& one)
 {
     constexpr double kPart = 0.1, kWithin = 0.9;
@@ -508,7 +497,29 @@ bool stays_at_one(const TraceSetup& setup)
 
 }  // namespace
 
-FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, bool unnamed)
+Refined map_beside(const TraceSetup& setup, const Point& at)
+{
+    const bool asked = setup.regime != Regime::mechanical && setup.regime != Regime::standstill &&
+                       any(at, is_polynomial) && !(setup.regime == Regime::dynamic && stays_at_one(setup));
+    return asked ? with_map(setup, setup.search(), at) : Refined();
+}
+
+Eigen::VectorXd spread_over_iron(const TraceSetup& setup, const Refined& best, const Refined& map)
+{
+    Eigen::VectorXd spread = Eigen::VectorXd::Zero(best.point.columns());
+    const auto& terms = best.point.terms;
+    Refined here = best, other = map;
+    if (std::any_of(terms.begin(), terms.end(), [](const Term& t) { return is_map(t.input.law); }))
+        other = refine(*setup.full, with_wider_cells(setup, best.point), kPasses);
+    else if (map.ok)
+        here = refine(setup.search(), best.point, kPasses);
+    const Eigen::Index n = best.point.base.size();
+    if (here.ok && other.ok && (!map.ok || !worse(setup.search(), here, map)))
+        spread.head(n) = (other.point.base - here.point.base).cwiseAbs();
+    return spread;
+}
+
+FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, const Refined& beside_polynomial, bool unnamed)
 {
     FluxMap map;
     if (setup.regime == Regime::mechanical || setup.regime == Regime::standstill) return map;
@@ -517,7 +528,7 @@ FluxMap flux_map_of(const TraceSetup& setup, const Refined& best, bool unnamed)
     if (!named && !unnamed) return map;
     const Replanned all(*setup.full, all_seen(*setup.full));
     // Names say which of the bends alone is told; iron has all of them, as stiff as the log has it.
-    Refined now = with_map(setup, setup.search(), best.point), other;
+    Refined now = beside_polynomial.ok ? beside_polynomial : with_map(setup, setup.search(), best.point), other;
     if (!named && !told(setup.search(), refine(setup.search(), best.point, kPasses), now)) return map;
     Point beside;
     if (any(best.point, is_polynomial)) {

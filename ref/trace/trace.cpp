@@ -721,7 +721,8 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Eigen::VectorXd
         hidden = hidden_loss_of(*setup, s),
         plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt();
-    Eigen::VectorXd spread = spread_over_laws(*setup, s.best) + spread_over_cells(*setup, s.best) +
+    const Refined iron = map_beside(*setup, s.best.point);
+    Eigen::VectorXd spread = spread_over_laws(*setup, s.best) + spread_over_iron(*setup, s.best, iron) +
                              spread_over_heats(*setup, s.best);
     // (E171)
     for (const Found& f : s.found)
@@ -753,7 +754,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
             if (t.input.law != Law::pulses) result.inputs.push_back(firmware_input(*setup, learned, t));
     }
     // Where nothing is left over: a map has freedom enough to take some of what has no name.
-    result.map = flux_map_of(*setup, s.best,
+    result.map = flux_map_of(*setup, s.best, iron,
                              setup->regime == Regime::dynamic && fault.empty() && tells_bends(*setup) &&
                                  !(result.after.heldout_rms > kStructured * floor));
     result.map.shorted = shorted_turns_of(result.effects);
