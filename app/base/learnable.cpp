@@ -24,6 +24,8 @@ std::string not_learned(const TraceInput& in)
     std::string why = effect->not_learned;
     if (effect->shape == Shape::heat && in.shape.size() > 1 && !std::isfinite(in.shape[1]))
         why = "settled rows do not tell its time constant";
+    else if (effect->shape == Shape::heat && in.shape.size() > 2 && !std::isfinite(in.shape[2]))
+        why = "its heat goes with time, not with the currents, and no thermometer shows it";
     return why.empty() ? "" : in.effect + " is not learned: " + why;
 }
 

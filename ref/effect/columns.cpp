@@ -64,6 +64,33 @@ std::vector<double> shaft_turns(const Log& log, const std::vector<double>& elect
     return angle;
 }
 
+/// The link's capacitor gives what its source does not at once.
+std::vector<std::vector<double>> source_powers(const Log& log)
+{
+    const std::size_t rows = log.rows();
+    std::vector<double> taken_W(rows);
+    for (std::size_t k = 0; k < rows; ++k) {
+        const std::size_t next = std::min(k + 1, rows - 1);
+        taken_W[k] = 0.75 * (log.v_d_V[k] * (log.i_d_A[k] + log.i_d_A[next]) +
+                             log.v_q_V[k] * (log.i_q_A[k] + log.i_q_A[next]));
+    }
+    std::vector<std::vector<double>> out;
+    for (const double periods : kLinkTimes) {
+        const double part = 1.0 - std::exp(-1.0 / periods);
+        std::vector<double> given_W(rows);
+        double now_W = 0.0;
+        for (std::size_t k = 0, segment = 0; k < rows; ++k) {
+            ask_at(k);
+            // What it was before a gap in time is not known.
+            if (segment < log.segments.size() && k == log.segments[segment]) now_W = taken_W[k], ++segment;
+            given_W[k] = now_W;
+            now_W += part * (taken_W[k] - now_W);
+        }
+        out.push_back(std::move(given_W));
+    }
+    return out;
+}
+
 }  // namespace
 
 TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s)
@@ -107,6 +134,7 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         warm_in(rows_across(log, i_base_A));
     }
     if (log.t_s.empty() || !(span_s > 0.0)) return c;
+    if (log.regime == Regime::dynamic) c.source_W = source_powers(log);
     for (double part : kHeatTimes) {
         std::vector<double> h(rows);
         const double tau = part * span_s;
@@ -117,12 +145,7 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         }
         c.heat.push_back(std::move(h));
     }
-    for (double part : kSteadyHeatTimes) {
-        std::vector<double> h;
-        h.reserve(rows);
-        for (double t : log.t_s) h.push_back(1.0 - std::exp((log.t_s.front() - t) / (part * span_s)));
-        c.heat.push_back(std::move(h));
-    }
+    for (double t : log.t_s) c.part.push_back((t - log.t_s.front()) / span_s);
     return c;
 }
 
@@ -153,11 +176,14 @@ std::vector<std::size_t> rows_across(const Log& log, double i_base_A)
     return {};
 }
 
-double heat_at(const TraceColumns& columns, const Input& input, std::size_t k)
+double state_at(const TraceColumns& columns, const Input& input, std::size_t k)
 {
     // The magnet follows the winding where it has no thermometer of its own.
+    if (input.law == Law::voltage_scale)
+        return input.heat > 0 ? columns.source_W[static_cast<std::size_t>(input.heat - 1)][k] : 0.0;
     if (input.heat < 0) return columns.winding_K[k];
     if (input.heat >= kOwnHeat) return columns.own_heat[static_cast<std::size_t>(input.heat - kOwnHeat)][k];
+    if (by_time(input)) return -std::expm1(-columns.part[k] / kHeatTimes[input.heat - kHeatsOfAKind - 1]);
     if (input.heat > 0) return columns.heat[static_cast<std::size_t>(input.heat - 1)][k];
     if (input.law == Law::winding_temperature) return columns.winding_K[k];
     if (input.law == Law::magnet_temperature) return columns.magnet_K[k];

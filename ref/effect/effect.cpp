@@ -91,6 +91,7 @@ void scale(const FittedInput& f, Out& out)
     const bool column = static_cast<Sag>(static_cast<int>(f.shape(0))) == Sag::by_its_column;
     out.push_back(f.scaled("gain", 0, -f.shape(2)));
     if (!column && f.shape(1) > 0.0) out.push_back(f.scaled("source_ohm", 0, f.shape(1) * f.shape(1)));
+    if (f.input.shape.size() > 3) out.push_back(f.given("tau_s", 3));
 }
 
 void short_circuit(const FittedInput& f, Out& out)

@@ -587,6 +587,7 @@ void lagging(const Input& input, double tau_s, const Moment& at, Vector2& f, Vec
 double lacking(const Input& input, const Moment& at)
 {
     if (static_cast<Sag>(static_cast<int>(input.shape[0])) == Sag::by_its_column) return 1.0 - at.v_dc / input.shape[1];
+    if (input.heat > 0) return at.state;
     return 1.5 * (at.v_now.d * at.i_d + at.v_now.q * at.i_q);
 }
 
@@ -733,8 +734,8 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::cross_saturation: cross_saturation(input, at, g); break;
     case Law::own_map:
     case Law::cross_map: mapped(input, at, g); break;
-    case Law::winding_temperature: f[0] = {at.heat_K * (at.i_d + at.bow_d), at.heat_K * at.i_q}; break;
-    case Law::magnet_temperature: g[0].d = at.heat_K; break;
+    case Law::winding_temperature: f[0] = {at.state * (at.i_d + at.bow_d), at.state * at.i_q}; break;
+    case Law::magnet_temperature: g[0].d = at.state; break;
     case Law::iron_loss:
         if (sees_turning_alone(input))
             g[0] = turned_iron_slope(at, weights ? weights[0] : 0.0);
@@ -956,7 +957,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         break;
     }
     case Law::voltage_scale: {
-        if (static_cast<Sag>(static_cast<int>(input.shape[0])) == Sag::by_its_column) break;
+        if (static_cast<Sag>(static_cast<int>(input.shape[0])) == Sag::by_its_column || input.heat > 0) break;
         const double by = 1.5 * weights[0];
         f_slope[0] += by * at.v_now.d * at.v_now.d, f_slope[1] += by * at.v_now.d * at.v_now.q;
         f_slope[2] += by * at.v_now.q * at.v_now.d, f_slope[3] += by * at.v_now.q * at.v_now.q;

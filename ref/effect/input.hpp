@@ -21,7 +21,8 @@ constexpr double kExcessLoss = -2.0, kHysteresis = -3.0;
 constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the
-/// log's own temperature, -1 the winding's for a magnet, n the n-th state that the model prepared.
+/// log's own temperature, -1 the winding's for a magnet, n the n-th state that the model prepared. Of a link behind a
+/// resistance it names the capacitor's: 0 is none.
 struct Input {
     Law law;
     std::array<double, 4> shape{};
@@ -80,7 +81,8 @@ struct Moment {
     Angle ahead;           ///< of the rotor, what the angle is in whose frame all of this is seen
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     Vector2 lost;          ///< of the voltage, before it reaches the machine
-    double heat_K = 0;
+    double state = 0;      ///< of the law that is asked: heat, K or a part, or the power that a link's source gives, W
+    double source_W = 0;   ///< the latter, of the term among those that are there
     double R = 0, Ld = 0, Lq = 0, psi = 0;
     double warm_Wb =
         0;  ///< of psi, the part that is a law of its own, of the rotor's frame: an angle turns that already

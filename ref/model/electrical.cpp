@@ -230,7 +230,7 @@ struct ElectricalModel::Plant {
         Moment winding;
         const bool beside = lag_s != 0.0 && put_beside_line(m, winding);
         for (const Term& t : at.terms) {
-            m.heat_K = heat_at(columns(piece), t.input, k);
+            m.state = state_at(columns(piece), t.input, k);
             visit(t, beside && filters_currents(t.input) ? winding : m);
         }
     }

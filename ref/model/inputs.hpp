@@ -19,8 +19,9 @@ inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std
 {
     for (const Term& t : terms) {
         if (t.input.law == Law::skin_effect) m.R += t.weights[0] * m.w_e * m.w_e;
-        if (t.input.law == Law::winding_temperature) m.R += t.weights[0] * heat_at(c, t.input, k);
-        if (t.input.law == Law::magnet_temperature) m.warm_Wb += t.weights[0] * heat_at(c, t.input, k);
+        if (t.input.law == Law::winding_temperature) m.R += t.weights[0] * state_at(c, t.input, k);
+        if (t.input.law == Law::magnet_temperature) m.warm_Wb += t.weights[0] * state_at(c, t.input, k);
+        if (t.input.law == Law::voltage_scale) m.source_W = state_at(c, t.input, k);
     }
     m.psi += m.warm_Wb;
     if (m.settled) m.warm_Wb = 0.0;
@@ -31,6 +32,7 @@ inline void put_state(const std::vector<Term>& terms, const TraceColumns& c, std
 inline void put_lost(const std::vector<Term>& terms, Moment& m)
 {
     Vector2 f, g;
+    m.state = m.source_W;
     for (const Term& t : terms)
         if (loses_voltage(t.input.law)) evaluate_sum(t.input, t.weights.data(), m, f, g);
     m.lost = f;
@@ -46,14 +48,14 @@ inline void put_lost(const std::vector<Term>& terms, Moment& m)
 
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
 /// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the
-/// moment's heat_K.
+/// moment's state.
 template <typename Put>
 void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candidates, const TraceColumns& c,
                 std::size_t k, Moment& m, Units& units, Put&& put)
 {
     Vector2 *const f = units.f, *const g = units.g;
     for (const Term& t : terms) {
-        m.heat_K = heat_at(c, t.input, k);
+        m.state = state_at(c, t.input, k);
         evaluate(t.input, m, f, g, t.weights.data());
         const int weights = weights_of(t.input.law), shapes = free_shapes_of(t.input);
         for (int w = 0; w < weights; ++w) put(f[w], g[w]);
@@ -80,7 +82,7 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         }
     }
     for (const Input& input : candidates) {
-        m.heat_K = heat_at(c, input, k);
+        m.state = state_at(c, input, k);
         evaluate(input, m, f, g);
         const int weights = weights_of(input.law);
         for (int w = 0; w < weights; ++w) put(f[w], g[w]);

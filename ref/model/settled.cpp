@@ -65,7 +65,7 @@ Vector2 SettledModel::error(const Point& at, const TraceColumns& c, std::size_t 
     Vector2 f{R * m.i_d, R * m.i_q}, g{m.Ld * m.i_d + psi, m.Lq * m.i_q};
     for (const Term& t : at.terms) {
         if (t.input.law == Law::angle_offset) continue;
-        m.heat_K = heat_at(c, t.input, k);
+        m.state = state_at(c, t.input, k);
         evaluate_sum(t.input, t.weights.data(), m, f, g);
     }
     const Vector2 told = settled(m, f, g);

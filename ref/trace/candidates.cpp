@@ -131,7 +131,6 @@ void temperature_candidates(const TraceSetup& setup, Catalogue& c, bool turns, b
         in.heat = heat;
         return in;
     };
-    constexpr int kTimes = static_cast<int>(sizeof kHeatTimes / sizeof *kHeatTimes);
     // A thermometer that stays says that nothing warms.
     const bool bare = std::all_of(logs.begin(), logs.end(), [](const Log& log) {
         return log.t_s.empty() && log.temp_winding_C.empty() && log.temp_magnet_C.empty();
@@ -140,7 +139,8 @@ void temperature_candidates(const TraceSetup& setup, Catalogue& c, bool turns, b
     if (winding)
         c.add({Law::winding_temperature});
     else if (heats)
-        for (int n = 1; n <= kTimes; ++n) c.add(state(Law::winding_temperature, n));
+        for (const int n : kSoughtHeats)
+            c.add(state(Law::winding_temperature, n)), c.add(state(Law::winding_temperature, n + kHeatsOfAKind));
     else
         c.cannot(Law::winding_temperature,
                  "no temperature that changes, and no time or no current for a heating state");
@@ -153,15 +153,16 @@ void temperature_candidates(const TraceSetup& setup, Catalogue& c, bool turns, b
     else if (winding)
         c.add(state(Law::magnet_temperature, -1));
     else if (heats)
-        for (int n = 1; n <= kTimes; ++n) c.add(state(Law::magnet_temperature, n));
+        for (const int n : kSoughtHeats)
+            c.add(state(Law::magnet_temperature, n)), c.add(state(Law::magnet_temperature, n + kHeatsOfAKind));
     else
         c.cannot(Law::magnet_temperature, "no temperature that changes, and no time or no current for a heating state");
     if (winding)
         c.add({Law::winding_temperature}, magnet ? Input{Law::magnet_temperature} : state(Law::magnet_temperature, -1));
     else if (heats)
-        for (int n = 1; n <= kTimes; ++n)
-            for (int m = n; m <= kTimes; ++m)
-                c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
+        for (const int n : kSoughtHeats)
+            for (const int m : kSoughtHeats)
+                if (m >= n) c.add(state(Law::winding_temperature, n), state(Law::magnet_temperature, m));
 }
 
 /// `averaged`: settled rows without an angle, each a mean over turns.
@@ -268,9 +269,12 @@ void link_candidates(const TraceSetup& setup, const std::string& why, Catalogue&
     const bool column = everywhere(logs, &Log::v_dc_V) && link.least > 0.0;
     if (column && link.span() > kLeastLink * link.most)
         c.add({Law::voltage_scale, {static_cast<double>(Sag::by_its_column), link.most, 1.0 - link.least / link.most}});
-    if (most_W - least_W > 0.0)
-        c.add({Law::voltage_scale,
-               {static_cast<double>(Sag::behind_a_resistance), column ? link.most : 0.0, std::max(most_W, -least_W)}});
+    if (!(most_W - least_W > 0.0)) return;
+    Input behind{Law::voltage_scale,
+                 {static_cast<double>(Sag::behind_a_resistance), column ? link.most : 0.0, std::max(most_W, -least_W)}};
+    c.add(behind);
+    if (setup.regime != Regime::dynamic || !everywhere(logs, &Log::t_s)) return;
+    for (const int n : kSoughtLinks) behind.heat = n, c.add(behind);
 }
 
 void shaft_candidates(Law law, double pole_pairs, const std::string& why, Catalogue& c)

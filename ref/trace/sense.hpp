@@ -10,8 +10,8 @@ namespace dqw {
 std::string sense_of(const TraceSetup& setup, const Point& at);
 
 /// Why a log cannot be what the format says, by the plain model that fits it best: signs, columns, units. Empty where
-/// it can.
-std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit& fit);
+/// it can. `noise`: what is left is that alone.
+std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit& fit, bool noise);
 
 }  // namespace dqw
 #endif

@@ -278,7 +278,7 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
 double heat_time_s(const TraceSetup& setup, int heat)
 {
     if (heat >= kOwnHeat) return std::nan("");
-    return heat > 0 ? kHeatTimes[heat - 1] * setup.span_s : 0.0;
+    return heat > 0 ? kHeatTimes[(heat - 1) % kHeatsOfAKind] * setup.span_s : 0.0;
 }
 
 void check(const std::vector<Log>& logs)
@@ -339,13 +339,13 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
     case Shape::periods_a_turn: in.shape = {s[0]}; break;
     case Shape::heat:
         in.shape = {kReferenceTemperature_C, heat_time_s(setup, term.input.heat)};
-        // The heating state is 1 where this current flows for long.
+        // The heating state is 1 where this current flows for long; of one that time drives there is none.
         if (term.input.heat > 0) {
-            in.shape.push_back(setup.i_base_A);
+            in.shape.push_back(by_time(term.input) ? std::nan("") : setup.i_base_A);
             in.reach = 0.0;
             for (std::size_t n = 0; n < setup.columns.size(); ++n)
                 for (std::size_t k = 0; k < (*setup.logs)[n].rows(); ++k)
-                    in.reach = std::max(in.reach, heat_at(setup.columns[n], term.input, k));
+                    in.reach = std::max(in.reach, state_at(setup.columns[n], term.input, k));
         }
         break;
     case Shape::instant:
@@ -355,7 +355,11 @@ TraceInput input_of(const TraceSetup& setup, const Point& at, const Term& term)
         if (term.input.law == Law::pulsed_lag) in.shape[0] = static_cast<double>(Channel::currents);
         break;
     case Shape::link:
-    case Shape::shaft_order: in.shape = {s[0], s[1], s[2]}; break;
+    case Shape::shaft_order:
+        in.shape = {s[0], s[1], s[2]};
+        if (term.input.law == Law::voltage_scale && term.input.heat > 0)
+            in.shape.push_back(kLinkTimes[term.input.heat - 1] * setup.logs->front().dt_s);
+        break;
     case Shape::R_L: in.shape = {at.base[0], at.base[1], at.base[2]}; break;
     case Shape::L_psi: in.shape = {at.base[1], at.base[2], at.base[3]}; break;
     case Shape::current_cells: return input_of(setup, at, polynomial_of(setup, term));

@@ -13,9 +13,5 @@ namespace dqw {
 Eigen::VectorXd spread_over(const TraceSetup& setup, const Refined& best,
                             const std::function<std::vector<Refined>(const Model&, const Refined&)>& rivals);
 
-/// (E126). Of a heating state that stands in for a thermometer: the machine's parameters under other time constants,
-/// and heated by the same power all the time; 0 where there is none.
-Eigen::VectorXd spread_over_heats(const TraceSetup& setup, const Refined& best);
-
 }  // namespace dqw
 #endif

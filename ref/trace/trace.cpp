@@ -26,7 +26,7 @@
 #include "ref/trace/sampled_instant.hpp"
 #include "ref/trace/sense.hpp"
 #include "ref/trace/setup.hpp"
-#include "ref/trace/spread.hpp"
+#include "ref/trace/state.hpp"
 
 namespace dqw {
 namespace {
@@ -360,7 +360,8 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
     SelectOptions o;
     o.veto = [&setup](const Point& p) { return sense_of(setup, p); };
     o.settle = [&setup](Refined r) {
-        return settle_instant(setup, setup.search(), settle_loss(setup, setup.search(), std::move(r)));
+        const Model& model = setup.search();
+        return settle_instant(setup, model, settle_loss(setup, model, settle_state(model, std::move(r))));
     };
     if (tells_bends(setup))
         o.mapped = [&setup, &judge](const Point& p) {
@@ -723,7 +724,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt();
     const Refined iron = map_beside(*setup, s.best.point);
     Eigen::VectorXd spread = spread_over_laws(*setup, s.best) + spread_over_iron(*setup, s.best, iron) +
-                             spread_over_heats(*setup, s.best);
+                             spread_over_states(*setup, s.best);
     // (E171)
     for (const Found& f : s.found)
         if (f.moved.size() > 0) spread.head(f.moved.size()) += f.moved;
@@ -770,7 +771,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Finding rest{before,        result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact),
                        !fault.empty()};
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});
-    result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before) : "";
+    result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before, !structured) : "";
     if (structured) result.rest_signature = fault.empty() ? clue_of(result.rest, result.regime) : fault;
     if (result.effects.empty() && fault.empty()) {
         // An angle that turns otherwise says more than what its speed makes of the axes.

@@ -434,7 +434,7 @@ void laws_beside_an_angle_that_is_ahead()
 {
     const double ahead = 0.3, c = std::cos(ahead), s = std::sin(ahead), weight[] = {-1e-4};
     Moment m = moment({-3.0, 20.0});
-    m.ahead = dqw::Angle(ahead), m.heat_K = 50.0;
+    m.ahead = dqw::Angle(ahead), m.state = 50.0;
     Vector2 f, g, each_f[4], each_g[4];
     dqw::evaluate_sum({Law::magnet_temperature, {}}, weight, m, f, g);
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, -5e-3 * c, g.d);
