@@ -411,19 +411,37 @@ Vector2 settled_iron(const Input& input, const Moment& at)
     return g;
 }
 
-/// Of one siemens whose current follows in tau_s, what it carries of pulses at the sample beyond what it does of their
-/// mean, of which `come` has come through. (E181)
-Vector2 pulsed_iron(const Moment& m, double tau_s, Vector2 come)
+/// What a filter tells, at the sample, of the pulses of the last periods beyond their mean voltages', each with duties of
+/// its own, as a flux along the rotor's axes. (E168)
+Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
 {
     Moment seen;
-    const Input& pulses = *m.pulses;
     const Moment& at = turned(pulses, m, seen);
-    const Phases v = phases_of(at.cos_e * come.d - at.sin_e * come.q, at.sin_e * come.d + at.cos_e * come.q);
-    const double each_V[3] = {v.a, v.b, v.c}, link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc;
-    const Duties duty(pulses.modulation, each_V, link);
-    double of[3];
-    for (int leg = 0; leg < 3; ++leg) of[leg] = link / tau_s * filtered_beyond_mean(duty.of[leg], tau_s, at.period_s);
-    return of_phases(at, of[0], of[1], of[2]);
+    // Of its own size a pulse is beyond its mean by a quarter at most.
+    constexpr double kLeastPart = 1e-3;
+    const double link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc, half = 0.5 * at.w_e * at.period_s,
+                 kept = std::exp(-at.period_s / std::abs(tau_s)), to_here = at.starts ? half : -half;
+    double of[3] = {}, left = 1.0;
+    Vector2 v{at.v_end_d, at.v_end_q};
+    for (int n = at.starts ? 1 : 0;; ++n) {
+        const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
+        const double each_V[3] = {p.a, p.b, p.c};
+        const Duties duty(pulses.modulation, each_V, link);
+        const bool last = left * kept < kLeastPart || n + 1 >= kPast;
+        const double part = last ? left : left * (1.0 - kept);
+        for (int leg = 0; leg < 3; ++leg)
+            of[leg] += part * link * filtered_beyond_mean(duty.of[leg], tau_s, at.period_s);
+        if (last) return of_phases(at, of[0], of[1], of[2]);
+        v = plus(v, -std::cos(half), turned_by(to_here, at.change[n])), left *= kept;
+    }
+}
+
+/// Of one siemens whose current follows in tau_s, what it carries of pulses at the sample beyond what it does of their
+/// mean. (E181)
+Vector2 pulsed_iron(const Moment& at, double tau_s)
+{
+    const Vector2 flux = filtered_pulses(*at.pulses, tau_s, at);
+    return {flux.d / tau_s, flux.q / tau_s};
 }
 
 /// A conductance across the voltage behind R, whose current follows in shape[0] periods. What the line carries of it
@@ -448,7 +466,7 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
     if (at.pulses == nullptr || !(periods > 0.0) || !(tau > 0.0)) return;
     Vector2 of_f, of_g;
-    drawn(at, pulsed_iron(at, tau, {at.v_end_d - late.d, at.v_end_q - late.q}), of_f, of_g);
+    drawn(at, pulsed_iron(at, tau), of_f, of_g);
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
@@ -491,19 +509,20 @@ void seen_ahead(const Moment& at, double psi, double angle, Vector2& f, Vector2&
 /// What the legs' pulses add to currents that a sensor tells `late_s` after the row, or behind a filter. (E168)
 Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
 {
+    if (input.law == Law::pulsed_lag) {
+        const Vector2 flux = filtered_pulses(input, late_s, m);
+        return {-flux.d / m.Ld, -flux.q / m.Lq};
+    }
     Moment seen;
     const Moment& at = turned(input, m, seen);
-    const bool lag = input.law == Law::pulsed_lag;
-    const Vector2 v = lag ? Vector2{at.v_end_d, at.v_end_q} : at.v_next;
+    const Vector2 v = at.v_next;
     const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
     const double each_V[3] = {p.a, p.b, p.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
     const Duties duty(input.modulation, each_V, link);
     double Vs[3];
-    for (int leg = 0; leg < 3; ++leg)
-        Vs[leg] = link * (lag ? -filtered_beyond_mean(duty.of[leg], late_s, at.period_s)
-                              : pulse_beyond_mean(duty.of[leg], late_s, at.period_s));
+    for (int leg = 0; leg < 3; ++leg) Vs[leg] = link * pulse_beyond_mean(duty.of[leg], late_s, at.period_s);
     // The flux stands still while the rotor turns on to the later instant.
-    const double turn = lag ? 0.0 : at.w_e * late_s;
+    const double turn = at.w_e * late_s;
     const Vector2 flux = turned_by(-turn, of_phases(at, Vs[0], Vs[1], Vs[2]));
     return turned_by(turn, {flux.d / at.Ld, flux.q / at.Lq});
 }
