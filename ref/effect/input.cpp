@@ -285,7 +285,7 @@ Vector2 over_a_turn(const Input& input, const Moment& at, bool constant)
 /// vector that stands still, or that turns with the rotor.
 struct Late {
     Vector2 f, slope;
-    Late(const Moment& at, double late, const Vector2 (&changes)[kPast])
+    Late(const Moment& at, double late, const Vector2* changes)
     {
         if (at.settled) {
             const double c = std::cos(at.w_e * late), s = std::sin(at.w_e * late);
@@ -293,13 +293,14 @@ struct Late {
             slope = {at.w_e * (s * at.v_end_d - c * at.v_end_q), at.w_e * (s * at.v_end_q + c * at.v_end_d)};
             return;
         }
-        for (int n = 0; n < kPast && (n == 0 || late > n); ++n) {
-            const double part = n + 1 < kPast ? std::min(late - n, 1.0) : late - n, inside = std::clamp(part, 0.0, 1.0);
+        for (int n = 0; n < kFewPast && (n == 0 || late > n); ++n) {
+            const double part = n + 1 < kFewPast ? std::min(late - n, 1.0) : late - n,
+                         inside = std::clamp(part, 0.0, 1.0);
             const auto add = [&](double change, double rate, double& sum, double& by) {
                 // What the first part of a period brings has decayed more at its end than the mean has.
                 const double fade = 0.5 * rate * at.period_s;
                 sum += part * (1.0 - fade * (1.0 - inside)) * change;
-                if (part < 1.0 || n + 1 == kPast) by = (1.0 - fade * (1.0 - 2.0 * inside)) * change;
+                if (part < 1.0 || n + 1 == kFewPast) by = (1.0 - fade * (1.0 - 2.0 * inside)) * change;
             };
             add(changes[n].d, at.R / at.Ld, f.d, slope.d);
             add(changes[n].q, at.R / at.Lq, f.q, slope.q);
@@ -331,7 +332,7 @@ Vector2 on_the_way(const Moment& at, double tau_s)
     const double kept = std::exp(-at.period_s / tau_s), half = 0.5 * at.w_e * at.period_s;
     double part = 1.0;
     // The row at which a period starts ends the one before: its last jump is one further back.
-    for (int n = at.starts ? 1 : 0; n < kPast; ++n) missing = plus(missing, part *= kept, at.change[n]);
+    for (int n = at.starts ? 1 : 0; n < at.past; ++n) missing = plus(missing, part *= kept, at.change[n]);
     return turned_by(at.starts ? half : -half, missing);
 }
 
@@ -356,7 +357,7 @@ struct Behind {
             Complex turned = 1.0, jumps, mirrored;
             double part = 1.0;
             // The row at which a period starts ends the one before: its last jump is one further back.
-            for (int n = at.starts ? 1 : 0; n < kPast; ++n) {
+            for (int n = at.starts ? 1 : 0; n < at.past; ++n) {
                 turned = times(turned, back), part *= kept;
                 jumps += part * Complex(at.change[n].d, at.change[n].q);
                 mirrored += part * times(turned, {at.change[n].d, -at.change[n].q});
@@ -364,6 +365,8 @@ struct Behind {
             run = filter.missing(times(to_here, jumps), times(std::conj(to_here), mirrored));
         }
         run += filter.of_v({at.v_end_d - at.lost.d, at.v_end_q - at.lost.q}) + filter.constant;
+        // What is induced goes on with the speed.
+        run += tau * at.w_dot * filter.of_v({-at.Lq * at.i_q, at.psi + at.Ld * at.i_d});
     }
 };
 
@@ -427,7 +430,7 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
         const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
         const double each_V[3] = {p.a, p.b, p.c};
         const Duties duty(pulses.modulation, each_V, link);
-        const bool last = left * kept < kLeastPart || n + 1 >= kPast;
+        const bool last = left * kept < kLeastPart || n + 1 >= at.past;
         const double part = last ? left : left * (1.0 - kept);
         for (int leg = 0; leg < 3; ++leg)
             of[leg] += part * link * filtered_beyond_mean(duty.of[leg], tau_s, at.period_s);
@@ -463,7 +466,7 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     g = {-at.Ld * e.d, -at.Lq * e.q};
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
     double part = 1.0;
-    for (int n = 0; n < kPast && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
+    for (int n = 0; n < at.past && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
     if (at.pulses == nullptr || !(periods > 0.0) || !(tau > 0.0)) return;
     Vector2 of_f, of_g;
     drawn(at, pulsed_iron(at, tau), of_f, of_g);

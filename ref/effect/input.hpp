@@ -18,7 +18,9 @@ constexpr double kTurningAlone = -1.0;
 /// The same, of settled points: a loss that goes with the 1.5th power of the voltage, and with the voltage itself; its
 /// current then is that of the conductance where the voltage behind R is shape[1]. (E175)
 constexpr double kExcessLoss = -2.0, kHysteresis = -3.0;
-constexpr int kPast = 6;  ///< voltages that are looked back at: a lag of one period has come through to e^-6
+/// Voltages that are looked back at: of a lag of one period and a half e^-10 has not come through; without one as many
+/// as a delay may be of.
+constexpr int kPast = 16, kFewPast = 6;
 
 /// A law with its shape; the weights are what is fitted. `heat` names the heating state of a temperature law: 0 is the
 /// log's own temperature, -1 the winding's for a magnet, n the n-th state that the model prepared. Of a link behind a
@@ -70,10 +72,11 @@ struct Angle {
 struct Moment {
     double i_d = 0, i_q = 0, w_e = 0, cos_e = 1, sin_e = 0;
     double v_end_d = 0, v_end_q = 0;
-    Vector2 v_next;  ///< the voltage that begins at this sample, as the rotor sees it then
-    Vector2 v_now;   ///< that of the period whose end this is, as the rotor sees it at this sample
+    Vector2 v_next;       ///< the voltage that begins at this sample, as the rotor sees it then
+    Vector2 v_now;        ///< that of the period whose end this is, as the rotor sees it at this sample
+    int past = kFewPast;  ///< changes that are known
     Vector2 change[kPast];
-    Vector2 turned[kPast];                   ///< the same changes of voltages that were turned along with the rotor
+    Vector2 turned[kFewPast];                ///< the same changes of voltages that were turned along with the rotor
     double cos_m = 1, sin_m = 0, w_dot = 0;  ///< of the shaft's angle; the electrical speed's slope, rad/s^2
     double v_dc = 0;
     double period_s = 0;

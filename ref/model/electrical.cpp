@@ -110,6 +110,7 @@ struct ElectricalModel::Plant {
     double lag_s = 0.0;             ///< of the currents' filter
     Angle ahead;                    ///< what the angle is of the rotor
     double ahead_s = 0.0;           ///< the same, of a later instant
+    int past = kFewPast;            ///< periods whose voltages count
     bool drives = false;            ///< a dead time below nothing drives currents on where they cross zero
     double skin = 0.0;  ///< a resistance that grows with the speed is stiff where it is large: part of the response
 
@@ -121,6 +122,7 @@ struct ElectricalModel::Plant {
         for (const Term& t : at.terms) {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
+            if (filters_currents(t.input) || (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0)) past = kPast;
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
             bends_iron = bends_iron || bends(t.input.law);
             draws = draws || t.input.law == Law::turn_short;
@@ -481,7 +483,7 @@ struct ElectricalModel::Run {
                       {plant.Ld, 0.0, 0.0, plant.Lq}};
             if (pass.effects) {
                 const Vector2 v_end = held[0];
-                const Hold hold(0.5 * w_dt, v, held, model.rotor_held_);
+                const Hold hold(0.5 * w_dt, v, held, model.rotor_held_, plant.past);
                 with_effects(k, dt, hold, r[0].B(), x, i, v_end, step);
             }
             if (!std::isfinite(step.next.d) || !std::isfinite(step.next.q)) return false;
@@ -508,6 +510,7 @@ struct ElectricalModel::Reporter {
     std::vector<PlainModel> plains;
     std::vector<Plant> plants;
     bool effects = false;  ///< any, at any point: then all have the model's pole pairs, and so the same voltages
+    int past = kFewPast;   ///< as many as any of them asks for
 
     Reporter(const ElectricalModel& m, const std::vector<Point>& at) : model(m)
     {
@@ -519,7 +522,7 @@ struct ElectricalModel::Reporter {
             plain.psi_Wb = point.base[kPsi];
             plains.push_back(plain);
             plants.emplace_back(m, point);
-            effects = effects || !point.terms.empty();
+            effects = effects || !point.terms.empty(), past = std::max(past, plants.back().past);
         }
     }
 
@@ -527,7 +530,7 @@ struct ElectricalModel::Reporter {
     {
         const Row row = row_of(*piece.log, k), next = row_of(*piece.log, k + 1);
         const double h = 0.5 * model.pole_pairs_ * 0.5 * (row.w_m_rad_s + next.w_m_rad_s) * piece.period_s(k);
-        return Hold(h, {row.v_d_V, row.v_q_V}, held, model.rotor_held_);
+        return Hold(h, {row.v_d_V, row.v_q_V}, held, model.rotor_held_, past);
     }
 
     /// The last voltages as seen at row k; before a piece's first, that. None is kept for more than kPast periods.

@@ -22,12 +22,13 @@ struct Hold {
     Vector2 middle;            ///< half-way
     /// mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant
     /// value
+    int past;  ///< changes that are worked out
     Vector2 change[kPast];
-    Vector2 begin;          ///< as seen at the start
-    Vector2 turned[kPast];  ///< the same changes where each was turned along with the rotor to this period
+    Vector2 begin;             ///< as seen at the start
+    Vector2 turned[kFewPast];  ///< the same changes where each was turned along with the rotor to this period
 
     /// `held`: the last voltages, as seen at the start; as seen at the end, this one first, when done.
-    Hold(double h, Vector2 mean, Held& held, bool rotor_held)
+    Hold(double h, Vector2 mean, Held& held, bool rotor_held, int past_periods) : past(past_periods)
     {
         const double c = std::cos(h), s = std::sin(h);
         sinc = std::abs(h) > 1e-4 ? s / h : 1.0 - h * h / 6.0;
@@ -40,13 +41,15 @@ struct Hold {
         const Matrix2 period = to_end * to_end;
         Matrix2 along = period;
         Vector2 along_now = now;
-        for (int n = 0; n < kPast; ++n) {
+        for (int n = 0; n < past; ++n) {
             const Vector2 last = to_start * held[static_cast<std::size_t>(n)];
             change[n] = {(now.d - last.d) / c, (now.q - last.q) / c};
             // At the speed of now: what it changed by in the periods between turns a change by as little.
-            const Vector2 along_last = along * last;
-            turned[n] = {(along_now.d - along_last.d) / c, (along_now.q - along_last.q) / c};
-            along_now = along_last, along = along * period;
+            if (n < kFewPast) {
+                const Vector2 along_last = along * last;
+                turned[n] = {(along_now.d - along_last.d) / c, (along_now.q - along_last.q) / c};
+                along_now = along_last, along = along * period;
+            }
             now = last;
             held[static_cast<std::size_t>(n)] = next, next = to_start * last;
         }
@@ -57,7 +60,8 @@ struct Hold {
     {
         m0.starts = m1.ends = true;
         for (Moment* m : {&m0, &m1}) {
-            std::copy(std::begin(change), std::end(change), m->change);
+            m->past = past;
+            std::copy(change, change + past, m->change);
             std::copy(std::begin(turned), std::end(turned), m->turned);
         }
         m0.v_now = begin, m1.v_now = end;

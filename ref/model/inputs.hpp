@@ -39,7 +39,8 @@ inline void put_lost(const std::vector<Term>& terms, Moment& m)
     if (m.settled) return;
     const Angle back(-m.w_e * m.period_s);
     Vector2 now = f;
-    for (Vector2& change : m.change) {
+    for (int n = 0; n < m.past; ++n) {
+        Vector2& change = m.change[n];
         const Vector2 before = back.on(now);
         change.d -= now.d - before.d, change.q -= now.q - before.q;
         now = before;
