@@ -543,15 +543,18 @@ bool take_pulses(const Model& model, const SelectOptions& options, Refined& at)
     constexpr double kHardlyChance = 2.0;  // deviations, and kLeastNats
     if (!options.pulses || has(at.point, name_of(Law::pulses))) return false;
     const bool held = holds_pulses(at.point);
-    // The machine's parameters move by some permille, those of eddies by some percent.
-    const int passes = held ? kPasses : 2;
+    // The machine's parameters move by some permille, those of eddies by some percent; a link or an angle that no column
+    // shows begins a third of itself off, or an eighth of a turn.
+    const auto passes = [&](const Input& input) {
+        return held ? kPasses : free_shapes_of(input) > 0 ? kPasses / 2 : 2;
+    };
     Refined best;
     for (const Input& input : options.pulses(at.point)) {
         Point there = at.point;
         if (!by_same_legs(there, input)) continue;
         there.terms.push_back({input, {}});
         const double seen = best.ok ? std::max(at.left.seen, best.left.seen) : at.left.seen;
-        Refined r = refine(model, there, passes, held ? seen : -HUGE_VAL);
+        Refined r = refine(model, there, passes(input), held ? seen : -HUGE_VAL);
         if (options.tick) options.tick();
         if (r.ok && (!best.ok || r.left.heldout > best.left.heldout)) best = std::move(r);
     }

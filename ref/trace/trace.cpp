@@ -340,8 +340,8 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     // Of iron that bends the currents' swings do more.
     const double most_V = std::max(rate * rate / 24.0, std::abs(held)) * std::sqrt(square / rows);
     if (!is_bent(at) && most_V < kPart * std::hypot(each[0], each[1])) return {};
-    // The angle is fitted as well. Without one the phases look the same every third of a turn, and half a
-    // turn on with high for low.
+    // The angle is fitted as well. Without one the phases look the same every third of a turn; half a turn on they do so
+    // with high for low, but for their pulses, which stay in the middle.
     const double link_V = link_to_fit_V(logs);
     const std::vector<double> starts = angle ? std::vector<double>{0.0}
                                              : std::vector<double>{0.0, M_PI / 6.0, M_PI / 3.0, M_PI / 2.0};
@@ -349,7 +349,7 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     std::vector<Input> out;
     for (const Modulation m : kModulations)
         for (const double start : starts)
-            if (stated.empty() ? angle || m != Modulation::clamped_high : m == modulation_named(stated))
+            if (stated.empty() || m == modulation_named(stated))
                 out.push_back(pulsed_input(Law::pulses, m, link_V, start, !angle));
     return out;
 }
