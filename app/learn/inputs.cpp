@@ -76,7 +76,8 @@ std::vector<double> usual_shape(const TraceInput& in, Shape shape, const std::ve
     throw InputError(path, line, what);
 }
 
-/// `may_lack`: that number may be null, not known, as the time constant of what warms settled rows; -1: none may.
+/// `may_lack`: numbers from that one on may be null, not known, as the time constant of what warms settled rows, or the
+/// current that warms what goes with time; -1: none may.
 std::vector<double> numbers(const Json& object, const char* key, const std::string& path, int may_lack = -1)
 {
     std::vector<double> values;
@@ -85,7 +86,7 @@ std::vector<double> numbers(const Json& object, const char* key, const std::stri
     if (!found->is_array() || found->size() > 8)
         refuse(path, 1, std::string("\"") + key + "\" is not a short list of numbers");
     for (const Json& x : *found) {
-        if (x.is_null() && may_lack == static_cast<int>(values.size())) {
+        if (x.is_null() && may_lack >= 0 && may_lack <= static_cast<int>(values.size())) {
             values.push_back(std::nan(""));
             continue;
         }

@@ -36,7 +36,7 @@ double start_angle(const std::vector<TraceInput>& inputs)
 bool heats_by_current(const TraceInput& in)
 {
     return (in.effect == "winding_temperature" || in.effect == "magnet_temperature") && in.shape.size() > 1 &&
-           in.shape[1] > 0.0;
+           in.shape[1] > 0.0 && !(in.shape.size() > 2 && std::isnan(in.shape[2]));
 }
 
 double heat_reach(const TraceInput& in, const std::vector<Log>& logs)

@@ -64,8 +64,9 @@ std::vector<double> shaft_turns(const Log& log, const std::vector<double>& elect
     return angle;
 }
 
-/// The link's capacitor gives what its source does not at once.
-std::vector<std::vector<double>> source_powers(const Log& log)
+/// The link's capacitor gives what its source does not at once. `period`: the log's, over those that kLinkTimes
+/// counts.
+std::vector<std::vector<float>> source_powers(const Log& log, double period)
 {
     const std::size_t rows = log.rows();
     std::vector<double> taken_W(rows);
@@ -74,16 +75,16 @@ std::vector<std::vector<double>> source_powers(const Log& log)
         taken_W[k] = 0.75 * (log.v_d_V[k] * (log.i_d_A[k] + log.i_d_A[next]) +
                              log.v_q_V[k] * (log.i_q_A[k] + log.i_q_A[next]));
     }
-    std::vector<std::vector<double>> out;
+    std::vector<std::vector<float>> out;
     for (const double periods : kLinkTimes) {
-        const double part = 1.0 - std::exp(-1.0 / periods);
-        std::vector<double> given_W(rows);
+        const double part = 1.0 - std::exp(-period / periods);
+        std::vector<float> given_W(rows);
         double now_W = 0.0;
         for (std::size_t k = 0, segment = 0; k < rows; ++k) {
             ask_at(k);
             // What it was before a gap in time is not known.
             if (segment < log.segments.size() && k == log.segments[segment]) now_W = taken_W[k], ++segment;
-            given_W[k] = now_W;
+            given_W[k] = static_cast<float>(now_W);
             now_W += part * (taken_W[k] - now_W);
         }
         out.push_back(std::move(given_W));
@@ -93,7 +94,7 @@ std::vector<std::vector<double>> source_powers(const Log& log)
 
 }  // namespace
 
-TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s)
+TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s, double period_s)
 {
     TraceColumns c;
     const std::size_t rows = log.rows();
@@ -134,14 +135,16 @@ TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, d
         warm_in(rows_across(log, i_base_A));
     }
     if (log.t_s.empty() || !(span_s > 0.0)) return c;
-    if (log.regime == Regime::dynamic) c.source_W = source_powers(log);
+    if (log.regime == Regime::dynamic) c.source_W = source_powers(log, period_s > 0.0 ? log.dt_s / period_s : 1.0);
     for (double part : kHeatTimes) {
-        std::vector<double> h(rows);
+        std::vector<float> h(rows);
         const double tau = part * span_s;
+        double now = 0.0;
         for (std::size_t k = 1; k < rows; ++k) {
             ask_at(k);
             const double z = (log.t_s[k] - log.t_s[k - 1]) / tau, kept = std::exp(-z);
-            h[k] = kept * h[k - 1] + (1.0 - kept) * square(k - 1);
+            now = kept * now + (1.0 - kept) * square(k - 1);
+            h[k] = static_cast<float>(now);
         }
         c.heat.push_back(std::move(h));
     }

@@ -11,14 +11,13 @@ namespace dqw {
 
 /// Columns that a log brings for effects, or what stands in for them.
 struct TraceColumns {
-    std::vector<double> cos_e, sin_e;         ///< of the angle: measured, or integrated from 0
-    std::vector<double> cos_m, sin_m;         ///< of the shaft's angle: measured, or turns counted; empty: not known
-    std::vector<double> w_dot;                ///< slope of the electrical speed over some rows, rad/s^2
-    std::vector<double> winding_K, magnet_K;  ///< above 25 degC; empty without the column
-    std::vector<std::vector<double>> heat;    ///< heating states (E55), one for each time constant
-    std::vector<double> part;                 ///< of the log's length that is past
-    std::vector<std::vector<double>>
-        source_W;  ///< power that a link's source gives, one for each time constant, (E118)
+    std::vector<double> cos_e, sin_e;          ///< of the angle: measured, or integrated from 0
+    std::vector<double> cos_m, sin_m;          ///< of the shaft's angle: measured, or turns counted; empty: not known
+    std::vector<double> w_dot;                 ///< slope of the electrical speed over some rows, rad/s^2
+    std::vector<double> winding_K, magnet_K;   ///< above 25 degC; empty without the column
+    std::vector<std::vector<float>> heat;      ///< heating states (E55), one for each time constant
+    std::vector<double> part;                  ///< of the log's length that is past
+    std::vector<std::vector<float>> source_W;  ///< power that a link's source gives, one for each time constant, (E118)
     std::vector<std::vector<double>>
         own_heat;  ///< of settled rows without time: where the currents leave the state, one for each memory (E170)
 };
@@ -48,8 +47,8 @@ constexpr int kOwnHeat = kHeats + 1, kOwnHeatAcross = kOwnHeat + kOwnHeats;
 /// there is the one that changes last; empty where they are none.
 std::vector<std::size_t> rows_across(const Log& log, double i_base_A);
 
-/// `pole_pairs`: 0 where they are not known; then no turn of the shaft is.
-TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s);
+/// `pole_pairs`: 0 where they are not known; then no turn of the shaft is. `period_s`: of kLinkTimes; 0: the log's own.
+TraceColumns trace_columns(const Log& log, double pole_pairs, double i_base_A, double span_s, double period_s = 0.0);
 
 /// State of a Moment at row k, in the law's own unit: the log's temperature above 25 degC or a heating state; the power
 /// that a link's source gives; 0 of a law without.

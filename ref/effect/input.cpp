@@ -345,7 +345,7 @@ struct Behind {
     using Complex = std::complex<double>;
 
     Filtered filter;
-    Complex run;
+    Complex run, run_by_d, run_by_q;
 
     Behind(const Moment& at, double tau) : filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau)
     {
@@ -366,7 +366,9 @@ struct Behind {
         }
         run += filter.of_v({at.v_end_d - at.lost.d, at.v_end_q - at.lost.q}) + filter.constant;
         // What is induced goes on with the speed.
-        run += tau * at.w_dot * filter.of_v({-at.Lq * at.i_q, at.psi + at.Ld * at.i_d});
+        const double by = tau * at.w_dot;
+        run_by_d = by * filter.of_v({0.0, at.Ld}), run_by_q = by * filter.of_v({-at.Lq, 0.0});
+        run += at.i_d * run_by_d + at.i_q * run_by_q + by * filter.of_v({0.0, at.psi});
     }
 };
 
@@ -383,8 +385,8 @@ Vector2 filtered(const Moment& at, double tau_s, double slope[4] = nullptr)
     const Behind behind(at, within_winding(at, tau_s));
     const Complex told(at.i_d, at.i_q), more = told - behind.filter.current(told - behind.run);
     if (slope != nullptr) {
-        const Complex by_d = 1.0 - behind.filter.current(1.0),
-                      by_q = Complex(0.0, 1.0) - behind.filter.current(Complex(0.0, 1.0));
+        const Complex by_d = 1.0 - behind.filter.current(1.0 - behind.run_by_d),
+                      by_q = Complex(0.0, 1.0) - behind.filter.current(Complex(0.0, 1.0) - behind.run_by_q);
         slope[0] = by_d.real(), slope[1] = by_q.real(), slope[2] = by_d.imag(), slope[3] = by_q.imag();
     }
     return {more.real(), more.imag()};
@@ -425,8 +427,11 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
     const double link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc, half = 0.5 * at.w_e * at.period_s,
                  kept = std::exp(-at.period_s / std::abs(tau_s)), to_here = at.starts ? half : -half;
     double of[3] = {}, left = 1.0;
-    Vector2 v{at.v_end_d, at.v_end_q};
+    // What is lost on the way turns along with the rotor, and its jumps are none of the duties'.
+    const Angle back(-at.w_e * at.period_s);
+    Vector2 reached{at.v_end_d - at.lost.d, at.v_end_q - at.lost.q}, lost = at.lost;
     for (int n = at.starts ? 1 : 0;; ++n) {
+        const Vector2 v = plus(reached, 1.0, lost);
         const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
         const double each_V[3] = {p.a, p.b, p.c};
         const Duties duty(pulses.modulation, each_V, link);
@@ -435,7 +440,8 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
         for (int leg = 0; leg < 3; ++leg)
             of[leg] += part * link * filtered_beyond_mean(duty.of[leg], tau_s, at.period_s);
         if (last) return of_phases(at, of[0], of[1], of[2]);
-        v = plus(v, -std::cos(half), turned_by(to_here, at.change[n])), left *= kept;
+        reached = plus(reached, -std::cos(half), turned_by(to_here, at.change[n]));
+        lost = back.on(lost), left *= kept;
     }
 }
 

@@ -97,13 +97,16 @@ void report(const std::vector<Axis>& axes, const char* unit, Result& result)
 
 }  // namespace
 
-/// While the rotor turns under a voltage that
-/// stands still, the flux linkage bends: its mean over dt is that of its two ends plus dt^2/12 w_e (-v_q, v_d).
+/// While the rotor turns under a voltage that stands still, the flux linkage bends, and it does by what its own change
+/// makes of the voltage that is left: its mean over dt is that of its two ends plus dt/12 (dt w_e J v + (R + w_e J L)
+/// di). (E16)
 void add_period(const Log& log, const PlainModel& m, std::size_t k, double dt_s, double& d, double& q)
 {
     const double w0 = m.pole_pairs * log.w_m_rad_s[k], w1 = m.pole_pairs * log.w_m_rad_s[k + 1], w = 0.5 * (w0 + w1);
-    const double bend = m.rotor_held ? 0.0 : dt_s * dt_s / 12.0 * w, bend_d = -bend * log.v_q_V[k],
-                 bend_q = bend * log.v_d_V[k];
+    const double turn = m.rotor_held ? 0.0 : dt_s * w, by_d = log.i_d_A[k + 1] - log.i_d_A[k],
+                 by_q = log.i_q_A[k + 1] - log.i_q_A[k],
+                 bend_d = dt_s / 12.0 * (m.R_ohm * by_d - w * m.Lq_H * by_q - turn * log.v_q_V[k]),
+                 bend_q = dt_s / 12.0 * (m.R_ohm * by_q + w * m.Ld_H * by_d + turn * log.v_d_V[k]);
     const double i_d = 0.5 * (log.i_d_A[k] + log.i_d_A[k + 1]) + (m.Ld_H > 0.0 ? bend_d / m.Ld_H : 0.0);
     const double i_q = 0.5 * (log.i_q_A[k] + log.i_q_A[k + 1]) + (m.Lq_H > 0.0 ? bend_q / m.Lq_H : 0.0);
     const double psi_d0 = m.Ld_H * log.i_d_A[k] + m.psi_Wb, psi_d1 = m.Ld_H * log.i_d_A[k + 1] + m.psi_Wb;

@@ -96,23 +96,6 @@ Singles singles_of(const TraceSetup& setup, const Point& at)
     return s;
 }
 
-/// Takes off what the mean of a row's two currents leaves of their course between: it goes with the voltage's steps,
-/// and says nothing of the log. (E123)
-void take_course(const TraceSetup& setup, const Point& at, Singles& s)
-{
-    const double R = at.base[0], L_d = at.base[1], L_q = at.base[2];
-    for (std::size_t k = 0; k < s.rows.size(); ++k) {
-        ReportBlock& b = s.rows[k];
-        const double T = s.dt_s, w = setup.pole_pairs * s.speed[k], d = b.log->i_d_A[b.end] - b.log->i_d_A[b.begin],
-                     q = b.log->i_q_A[b.end] - b.log->i_q_A[b.begin], turn = setup.rotor_held ? 0.0 : w * T;
-        const double slope_d = (w * L_q * q - R * d + turn * b.measured[1]) / L_d,
-                     slope_q = (-w * L_d * d - R * q - turn * b.measured[0]) / L_q;
-        const double more[2] = {T / 12.0 * (R * slope_d - w * L_q * slope_q),
-                                T / 12.0 * (R * slope_q + w * L_d * slope_d)};
-        for (int c : {0, 1}) b.residual[c] += more[c], s.residual[c][k] += more[c];
-    }
-}
-
 constexpr std::size_t kMostLines = 32768;  ///< of a regression: its parts are then known to 0.03 %
 
 /// The part of each axis' residual that its past foretells beyond chance; takes that off where it is beyond kFollowed.
@@ -162,7 +145,7 @@ Noise moving_noise(const TraceSetup& setup, const Point& at)
     if (s.speed.empty()) return {};
     Noise out;
     out.floor = out.raw = moving_floor(setup, at, s);
-    if (setup.full->channels() == 2) take_course(setup, at, s), out.followed = take_followed(s);
+    if (setup.full->channels() == 2) out.followed = take_followed(s);
     if (out.followed > kFollowed) out.floor = std::min(out.raw, moving_floor(setup, at, s));
     return out;
 }

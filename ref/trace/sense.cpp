@@ -154,7 +154,7 @@ std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit
     // In percent. A fit of rows in time leaves the effects, each some percent of the voltage; settled points behind an
     // inverter, whose dead time is most of it, up to 25 % of what was measured. (E48)
     constexpr double kMostLeft = 10.0, kMostLeftSettled = 30.0;
-    // Of noise alone, large or on a log that hardly moves: what a model explains three quarters of has its columns right.
+    // Of noise alone, on a log that hardly moves: what a model explains three quarters of has its columns right.
     constexpr double kMostNoise = 50.0;
     const char* const ask = ": are columns, units and signs those of the log format?";
     if (setup.regime == Regime::mechanical)
@@ -171,7 +171,8 @@ std::string doubt_of(const TraceSetup& setup, const Point& plain, const TraceFit
         return setup.regime == Regime::mechanical ? "no torque in any row"
                                                   : "no voltage in any row: is this the log that was meant?";
     const double percent = all > 0.0 ? 100.0 * std::sqrt(left / all) : 0.0;
-    const double most = noise ? kMostNoise : setup.regime == Regime::dynamic ? kMostLeft : kMostLeftSettled;
+    const bool dynamic = setup.regime == Regime::dynamic;
+    const double most = !dynamic ? kMostLeftSettled : noise ? kMostNoise : kMostLeft;
     if (percent > most) return "the plain model leaves " + figure(percent) + " % of the voltage" + ask;
     return "";
 }

@@ -188,8 +188,8 @@ void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
     setup.span_s = std::max(end - begin, 0.0);
     if (!std::isfinite(setup.span_s)) setup.span_s = 0.0;
     for (const Log& log : logs)
-        setup.columns.push_back(
-            trace_columns(log, setup.pole_pairs_known ? setup.pole_pairs : 0.0, setup.i_base_A, setup.span_s));
+        setup.columns.push_back(trace_columns(log, setup.pole_pairs_known ? setup.pole_pairs : 0.0, setup.i_base_A,
+                                              setup.span_s, logs.front().dt_s));
     if (setup.regime != Regime::dynamic) {
         std::size_t rows = 0;
         for (const Log& log : logs) rows += log.rows();

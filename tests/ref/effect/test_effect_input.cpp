@@ -532,7 +532,9 @@ void slopes_by_the_weights()
 {
     Moment m = moment({-4.0, 9.0});
     m.v_end_d = 5.0, m.v_end_q = 30.0, m.v_next = {7.0, 28.0}, m.v_now = {6.0, 29.0}, m.cos_m = 0.6, m.sin_m = 0.8;
-    for (std::size_t n = 0; n < dqw::kPast; ++n) m.change[n] = m.turned[n] = {1.0 - 0.3 * static_cast<double>(n), 2.0};
+    m.past = dqw::kPast, m.w_dot = 2e4;
+    for (int n = 0; n < dqw::kPast; ++n) m.change[n] = {1.0 - 0.1 * n, 2.0};
+    for (int n = 0; n < dqw::kFewPast; ++n) m.turned[n] = m.change[n];
     std::vector<Input> inputs{{Law::sensor_lag, {0.0}}, {Law::encoder_eccentricity, {2.0, 0.0, 4.0}}};
     for (int which = 0; which < 5; ++which) inputs.push_back({Law::sample_shift, {static_cast<double>(which)}});
     for (const Input& input : inputs) {
