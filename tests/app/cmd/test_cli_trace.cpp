@@ -2,6 +2,7 @@
 // Plain only: long, and what it runs others run under the sanitizers.
 #include <sys/stat.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -128,6 +129,25 @@ static void the_text_says_it_in_a_sentence(void)
     for (const char* part : {" V in d, ", "(voltage offset)", "explained: dynamic, 4000 rows", "noise floor",
                              "learners in firmware", "v_q_V", "not taken"})
         TEST_ASSERT_TRUE_MESSAGE(run.out.find(part) != std::string::npos, part);
+}
+
+/// Firmware has no clock for heat that goes with time: the current that warms is null, and what reads the answer says why
+/// it leaves it out.
+static void heat_that_goes_with_time_is_not_learned(void)
+{
+    const Folder folder;
+    folder.write("log.csv", noisy(2000));
+    folder.write("log.toml", "[log]\nregime = \"dynamic\"\n[machine]\npole_pairs = 4\n");
+    for (const bool by_time : {false, true}) {
+        folder.write("heat.json",
+                     std::string("{\"inputs\": [{\"effect\": \"winding_temperature\", \"shape\": [25, 0.2, ") +
+                         (by_time ? "null" : "8") + "], \"weights\": [0.1]}]}");
+        const Outcome learned = command::dqwatch({"learn", folder / "log.csv", "--config", folder / "heat.json"});
+        TEST_ASSERT_TRUE_MESSAGE(learned.code != 3, learned.err.c_str());
+        TEST_ASSERT_EQUAL_INT_MESSAGE(by_time,
+                                      (learned.out + learned.err).find("its heat goes with time") != std::string::npos,
+                                      learned.out.c_str());
+    }
 }
 
 static void a_clean_log_names_nothing(void)
@@ -480,6 +500,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(a_known_dead_time_is_found_and_written_down);
     RUN_TEST(the_text_says_it_in_a_sentence);
+    RUN_TEST(heat_that_goes_with_time_is_not_learned);
     RUN_TEST(a_clean_log_names_nothing);
     RUN_TEST(several_logs_are_traced_jointly);
     RUN_TEST(unknown_pole_pairs_are_in_no_table);
