@@ -181,9 +181,9 @@ std::vector<std::size_t> rows_across(const Log& log, double i_base_A)
 
 double state_at(const TraceColumns& columns, const Input& input, std::size_t k)
 {
-    // The magnet follows the winding where it has no thermometer of its own.
     if (input.law == Law::voltage_scale)
         return input.heat > 0 ? columns.source_W[static_cast<std::size_t>(input.heat - 1)][k] : 0.0;
+    // The magnet follows the winding where it has no thermometer of its own.
     if (input.heat < 0) return columns.winding_K[k];
     if (input.heat >= kOwnHeat) return columns.own_heat[static_cast<std::size_t>(input.heat - kOwnHeat)][k];
     if (by_time(input)) return -std::expm1(-columns.part[k] / kHeatTimes[input.heat - kHeatsOfAKind - 1]);
