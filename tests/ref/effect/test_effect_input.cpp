@@ -110,11 +110,12 @@ void a_filtered_current()
         at.ends = true;
         at.v_end_d = (last * turned(-m.theta)).real(), at.v_end_q = (last * turned(-m.theta)).imag();
         const double middle = m.theta - 0.5 * w_e * T;
-        for (std::size_t n = 0; n < dqw::kPast; ++n)
+        at.past = static_cast<int>(v.size()) - 1;
+        for (std::size_t n = 0; n + 1 < v.size(); ++n)
             at.change[n] = dq((v[v.size() - 1 - n] - v[v.size() - 2 - n]) * turned(-middle) / std::cos(0.5 * w_e * T));
         const Complex more = (m.y - current(m.flux_s, m.theta)) * turned(-m.theta),
                       o = read_as({Law::sensor_lag, {0.0}}, tau, at);
-        // Of what a jump of 10 V moves it by: measured 0.03 %, of jumps longer ago than kPast rows.
+        // Of what a jump of 10 V moves it by: measured 0.03 %.
         TEST_ASSERT_TRUE(std::abs(more) > 0.02);
         TEST_ASSERT_DOUBLE_WITHIN(0.0005 * tau * 10.0 / Ld, 0.0, std::abs(o - more));
     }
@@ -295,7 +296,8 @@ void iron_that_follows_late()
         at.ends = true, at.period_s = P;
         at.v_end_d = (last * turned(-theta)).real(), at.v_end_q = (last * turned(-theta)).imag();
         const double middle = theta - 0.5 * w_e * P;
-        for (std::size_t n = 0; n < dqw::kPast; ++n)
+        at.past = std::min(dqw::kPast, static_cast<int>(v.size()) - 1);
+        for (std::size_t n = 0; n < static_cast<std::size_t>(at.past); ++n)
             at.change[n] = dq((v[v.size() - 1 - n] - v[v.size() - 2 - n]) * turned(-middle));
         const Complex more = y * turned(-theta);
         const auto off = [&](double periods, const Input* in) {
