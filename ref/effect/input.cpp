@@ -699,7 +699,7 @@ Moment in_rotors_frame(Moment m)
     };
     turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q), turn(m.lost.d, m.lost.q);
     for (Vector2* v : {&m.v_next, &m.v_now}) *v = ahead.on(*v);
-    for (Vector2& v : m.change) v = ahead.on(v);
+    for (int n = 0; n < m.past; ++n) m.change[n] = ahead.on(m.change[n]);
     for (Vector2& v : m.turned) v = ahead.on(v);
     const Vector2 e = ahead.back({m.cos_e, m.sin_e});
     m.cos_e = e.d, m.sin_e = e.q;

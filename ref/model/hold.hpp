@@ -20,9 +20,9 @@ struct Hold {
     Matrix2 to_start, to_end;  ///< from the frame of a period's start (end) to that of its middle
     Vector2 end;               ///< as seen at the end
     Vector2 middle;            ///< half-way
+    int past;                  ///< changes that are worked out
     /// mean less the mean of the last held voltage, had it gone on; that less the one before ...; as an f of constant
     /// value
-    int past;  ///< changes that are worked out
     Vector2 change[kPast];
     Vector2 begin;             ///< as seen at the start
     Vector2 turned[kFewPast];  ///< the same changes where each was turned along with the rotor to this period
