@@ -16,7 +16,7 @@ constexpr double kSeparateT = 3.0;
 /// Nats were each block one row, below which a rival is as good: of two laws that hardly differ, what either of them
 /// leaves of the sampling's own error decides by tens of nats, alike in all blocks.
 constexpr double kSeparateNats = 1.0;
-/// Part of the nats given back for noise in laws by which they may be too few: with 1.8 % of noise on all columns a log's
+/// Part of the nats given back for noise in laws by which they may be off: with 1.8 % of noise on all columns a log's
 /// true eddies lack a third more than they are given. (E167)
 constexpr double kLawNoiseOff = 0.5;
 constexpr std::size_t kMostAlike = 3;  ///< in a report: more help nobody
@@ -495,22 +495,21 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
             Better over = better(model, t.refined.left, s.best.left);
             const bool as_little = options.reported_rms_to(t.refined.point, close) <= close;
-            bool unsure = false;
             if (as_little) {
                 const double nats = own - law_noise(options, t.refined);
                 // What the rows seen want as much, without more columns, those held out do not tell apart.
                 const bool wanted = t.refined.left.seen >= s.best.left.seen + nats &&
                                     t.refined.point.columns() <= s.best.point.columns();
-                over = wanted ? Better() : beside_law_noise(over, nats);
-                // What is given back for the laws' own noise may be too little by as much.
-                unsure = over.nats < kLawNoiseOff * std::abs(nats);
+                over = beside_law_noise(over, nats);
+                // Nor what the estimate of the laws' own noise decides.
+                if (wanted || std::abs(over.nats) < kLawNoiseOff * std::abs(nats)) over = Better();
             }
             if (!is_listed) found.rivals.push_back({t.name, over});
             // Settled rows are none of a neighbour's: where it has as many columns, those seen count as well.
             const bool both = model.gains() == 0 && !options.one_speed &&
                               t.refined.point.columns() >= s.best.point.columns() && over.nats_each > kSeparateNats &&
                               over.nats_each + s.best.left.seen - t.refined.left.seen > 2.0 * kLeastNats;
-            if (!as_little || both || (!unsure && over.t > apart && over.nats_each > kSeparateNats)) continue;
+            if (!as_little || both || (over.t > apart && over.nats_each > kSeparateNats)) continue;
             found.moved = found.moved.cwiseMax((t.refined.point.base - s.best.point.base).cwiseAbs());
             if (!is_listed && listed.size() < kMostAlike) found.confusable_with.push_back(t.name);
         }
