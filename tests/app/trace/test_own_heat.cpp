@@ -1,5 +1,6 @@
 // Settled rows without time, each warmed by its own current, and iron that loses power by several laws: names, R, rise
 // and fall, against a machine in closed form.
+// Plain only: long, and what it runs others run under the sanitizers.
 #include <algorithm>
 #include <cmath>
 #include <complex>
