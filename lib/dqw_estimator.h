@@ -229,7 +229,7 @@ bool dqw_estimator_background(dqw_estimator *e);
 
 /// What was learned of a parameter.
 ///
-/// Source   (E20), (E61) in docs/EQUATIONS.md
+/// Source   (E20), (E61), (E184) in docs/EQUATIONS.md
 /// Units    SI
 /// Range    not usable, and sd DQW_UNKNOWN, before anything was learned and for a parameter that does not exist
 /// Context  background

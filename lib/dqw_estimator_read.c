@@ -28,6 +28,8 @@
 #define STRETCH_MOST 200.0f
 // Of what may stand in line with an input, what does.
 #define MODEL_PART 0.4f
+// To so much an angle's law is off by less than a hundredth of it.
+#define LAW_HOLDS_RAD 0.25f
 // Squared it is finite.
 #define SD_MOST 1e18f
 
@@ -200,6 +202,31 @@ float dqw_estimator_recent_pu(const dqw_estimator *e)
     return sqrtf(e->recent_pu2);
 }
 
+#if DQW_EFFECT_WEIGHTS > 0
+// By how much an inductance or the flux is more in the magnet's frame than in that of an angle that is off, to second
+// order, and what that angle's deviation and the order beyond make of it. (E184)
+static float beyond_frame(const dqw_estimator *e, int parameter, float *sd)
+{
+    *sd = 0.0f;
+    for (int k = 0; k < e->config->effect_count; k++) {
+        float angle_rad;
+        float angle_sd_rad;
+        if (e->config->effects[k].effect != DQW_EFFECT_ANGLE_OFFSET || parameter < DQW_LD || parameter > DQW_PSI)
+            continue;
+        // [READ.5] an angle beyond what the law holds for tells nothing of the frame
+        if (dqw_estimator_read_effect(e, k, &angle_rad, &angle_sd_rad) == 0 || !(fabsf(angle_rad) < LAW_HOLDS_RAD))
+            return 0.0f;
+        const int other = parameter == DQW_LD ? DQW_LQ : DQW_LD;
+        const float w = dqw_estimator_value(e, parameter);
+        const float turned = parameter == DQW_PSI ? 0.5f * w : w - dqw_estimator_value(e, other);
+        const float beyond_rad = 0.5f * fabsf(angle_rad) * angle_rad * angle_rad;
+        *sd = 2.0f * fabsf(turned * angle_rad) * (angle_sd_rad + beyond_rad);
+        return turned * angle_rad * angle_rad;
+    }
+    return 0.0f;
+}
+#endif
+
 dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parameter)
 {
     dqw_reading r = {.value = 0.0f, .sd = DQW_UNKNOWN, .sd_change = DQW_UNKNOWN, .usable = false};
@@ -209,6 +236,11 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     r.sd_change = dqw_estimator_sd(e, (int)parameter);
     r.sd = dqw_estimator_sd_value(e, (int)parameter);
+#if DQW_EFFECT_WEIGHTS > 0
+    float frame_sd;
+    r.value += beyond_frame(e, (int)parameter, &frame_sd);
+    r.sd = with(r.sd, frame_sd);
+#endif
     // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
     if (e->config->observed && parameter == DQW_LQ) r.sd = DQW_UNKNOWN;
     const bool either_sign = parameter >= DQW_DEAD_TIME;

@@ -251,7 +251,7 @@ uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw
 
 /// What was learned of a parameter, in dqw_estimator_unit_q15().
 ///
-/// Source   (E20), (E61) in docs/EQUATIONS.md
+/// Source   (E20), (E61), (E184) in docs/EQUATIONS.md
 /// Range    not usable, and sd INT64_MAX, before anything was learned and for a parameter that does not exist
 /// Context  background
 #define dqw_estimator_read_q15 DQW_SIZED(dqw_estimator_read_q15)

@@ -19,6 +19,8 @@
 // Of what may stand in line with an input, what does: 0.4, squared.
 #define MODEL_PART2_Q31 343597384
 #define MILLIONTH_Q32 4295u
+// To so much an angle's law is off by less than a hundredth of it: 0.25.
+#define LAW_HOLDS_Q40 274877906944
 
 uint32_t dqw_estimator_unit_q15(const dqw_estimator_q15_config *config, enum dqw_parameter parameter)
 {
@@ -254,6 +256,39 @@ static int32_t with_hidden_q24(const dqw_estimator_q15 *e, int weight, int32_t s
     return dqw_q_length32(seen_q24, of_scale_q24(e, weight));
 }
 
+#if DQW_EFFECT_WEIGHTS > 0
+// By how much an inductance or the flux is more in the magnet's frame than in that of an angle that is off, to second
+// order, and what that angle's deviation and the order beyond make of it. (E184)
+static int64_t beyond_frame_q40(const dqw_estimator_q15 *e, enum dqw_parameter parameter, int32_t *sd_q24)
+{
+    *sd_q24 = 0;
+    for (int k = 0; k < e->effect.count; k++) {
+        int64_t angle_q40;
+        int64_t angle_sd_q40;
+        if (e->effect.list[k].effect != DQW_EFFECT_ANGLE_OFFSET || parameter < DQW_LD || parameter > DQW_PSI) continue;
+        // [READ.5] an angle beyond what the law holds for tells nothing of the frame
+        if (dqw_estimator_read_effect_q15(e, k, &angle_q40, &angle_sd_q40) == 0 ||
+            dqw_q_size64(angle_q40) >= LAW_HOLDS_Q40)
+            return 0;
+        const enum dqw_parameter other = parameter == DQW_LD ? DQW_LQ : DQW_LD;
+        const int64_t w_q24 = dqw_estimator_value_q24(e, (int)parameter);
+        // Each has its own unit. |w| < 2^30: products below 2^62
+        const int64_t others_q24 = dqw_q_quotient64((int64_t)dqw_estimator_value_q24(e, other) *
+                                                        dqw_estimator_unit_q15(e->config, other),
+                                                    dqw_estimator_unit_q15(e->config, parameter), 0);
+        const int64_t turned_q24 = parameter == DQW_PSI ? dqw_q_floor64(w_q24, 1) : w_q24 - others_q24;
+        // Below 2^29: the square below 2^58, by 2^33 below 2^62
+        const int64_t angle_q31 = dqw_q_round64(angle_q40, 9);
+        const int64_t part_q30 = dqw_q_floor64(angle_q31 * angle_q31, 32);
+        const int64_t slope_q24 = dqw_q_size64(dqw_q_floor64(turned_q24 * angle_q31, 30));
+        const int64_t beyond_q40 = dqw_q_product64(dqw_q_size64(angle_q40), part_q30, -31);
+        *sd_q24 = dqw_q31_sat(dqw_q_product64(slope_q24, angle_sd_q40 + beyond_q40, -40));
+        return dqw_q_floor64(turned_q24 * part_q30, 14);
+    }
+    return 0;
+}
+#endif
+
 dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_parameter parameter)
 {
     dqw_reading_q15 r = {.value_q40 = 0, .sd_q40 = INT64_MAX, .sd_change_q40 = INT64_MAX, .usable = false};
@@ -263,7 +298,12 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     // What these rows cannot tell without the pole pairs.
     if (e->pole_pairs == 0 && parameter != DQW_R && (e->config->settled || parameter > DQW_LQ)) return r;
     const int32_t change_q24 = dqw_estimator_sd_q24(e, (int)parameter);
-    const int32_t sd_q24 = with_hidden_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter));
+    int32_t sd_q24 = with_hidden_q24(e, (int)parameter, dqw_estimator_noise_sd_q24(e, (int)parameter));
+#if DQW_EFFECT_WEIGHTS > 0
+    int32_t frame_sd_q24;
+    r.value_q40 += beyond_frame_q40(e, parameter, &frame_sd_q24);
+    sd_q24 = dqw_q_length32(sd_q24, frame_sd_q24);
+#endif
     if (change_q24 != INT32_MAX) r.sd_change_q40 = (int64_t)change_q24 * 65536;
     // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
     if (sd_q24 == INT32_MAX || (e->config->observed && parameter == DQW_LQ)) return r;

@@ -12,6 +12,7 @@
 #include "app/learn/signals.hpp"
 #include "app/q15/effect_q15.hpp"
 #include "app/q15/fixed_point.hpp"
+#include "dqw_estimator_block_q15.h"
 
 namespace dqw {
 namespace {
@@ -35,10 +36,14 @@ Read read(const dqw_estimator_q15& e, int i)
     return read_of(dqw_estimator_read_q15(&e, static_cast<dqw_parameter>(i)), unit_q15(*e.config, i));
 }
 
+/// In the frame that the learners' own laws are of.
 std::array<double, 4> values_of(const dqw_estimator_q15& e)
 {
     std::array<double, 4> all{};
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = read(e, static_cast<int>(i)).value;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const int weight = static_cast<int>(i);
+        all[i] = std::ldexp(dqw_estimator_value_q24(&e, weight), -24) * unit_q15(*e.config, weight);
+    }
     return all;
 }
 
