@@ -11,6 +11,7 @@
 #include "app/learn/trace.hpp"
 #include "app/report/compare.hpp"
 #include "app/report/sense.hpp"
+#include "ref/effect/effect.hpp"
 #include "ref/fit/polled_points.hpp"
 #include "ref/model/open_circuit.hpp"
 
@@ -42,6 +43,13 @@ std::vector<Log> looks_of(const std::vector<Log>& logs, std::vector<std::string>
 /// The effects to try; none: all that there are.
 std::vector<std::string> tried(const std::vector<Log>& logs, const Options& options)
 {
+    const bool mechanical = logs.front().regime == Regime::mechanical;
+    for (const std::string& name : options.effects)
+        if (const Effect* effect = find_effect(name); effect && effect->mechanical() != mechanical)
+            throw InputError(logs.front().path, 1,
+                             fmt::format("{} is of {} log; this one is {}", name,
+                                         effect->mechanical() ? "a mechanical" : "an electrical",
+                                         mechanical ? "mechanical" : "electrical"));
     if (!logs.front().of_polled) return options.effects;
     std::vector<std::string> told(std::begin(kOfLooks), std::end(kOfLooks));
     if (options.effects.empty()) return told;

@@ -16,6 +16,7 @@
 #include "app/read/row_parser.hpp"
 #include "app/read/slow_channel.hpp"
 #include "app/read/speed_of_angle.hpp"
+#include "app/read/spikes.hpp"
 #include "app/read/stamps.hpp"
 #include "app/read/time_base.hpp"
 #include "app/read/unit_warnings.hpp"
@@ -184,6 +185,8 @@ private:
         settle_slow_channels();
         if (window_s_ < HUGE_VAL) raw_ = log_;
         settle_regime();
+        refuse_motion_at_standstill();
+        drop_spikes();
         check_size();
         check_period();
         find_segments();
@@ -278,8 +281,6 @@ private:
                 for (const std::string& need : import_.columns[*column]->needs) how.push_back(how_to_give(need));
                 name += fmt::format(" (made of {}, which needs {})", import_.columns[*column]->expression.text,
                                     list(how));
-            } else if (machine_.sources[*column].line) {
-                name += fmt::format(" (from {})", shown(machine_.sources[*column].name));
             }
         }
         return names;
@@ -512,10 +513,8 @@ private:
 
     void settle_regime()
     {
-        const Clock clock = import_.host_clock              ? Clock::host
-                            : regime_ == Regime::mechanical ? Clock::unknown
-                                                            : Clock::own;
-        if (has_[col_t]) base_ = time_base_of(log_.t_s, clock);
+        clock_ = import_.host_clock ? Clock::host : regime_ == Regime::mechanical ? Clock::unknown : Clock::own;
+        if (has_[col_t]) base_ = time_base_of(log_.t_s, clock_);
         log_.modulation = machine_.modulation;
         log_.v_q_is_size = import_.voltage_is_size && !has_[col_v_d];
         log_.observed = machine_.observed;
@@ -549,6 +548,64 @@ private:
         if (!base_.regular) return {Regime::steady, "t_s has gaps throughout"};
         if (base_.median_s > 0.02) return {Regime::steady, "more than 20 ms from row to row"};
         return {Regime::dynamic, "an even time base"};
+    }
+
+    /// A log that says it stands still, and turns by a radian.
+    void refuse_motion_at_standstill() const
+    {
+        if (log_.regime != Regime::standstill || !has_[col_w_m] || !has_[col_t]) return;
+        const double poles = given_.pole_pairs.value_or(1.0);
+        double turned_rad = 0.0;
+        for (std::size_t k = 1; k < std::min(log_.t_s.size(), log_.w_m_rad_s.size()); ++k) {
+            turned_rad += poles * log_.w_m_rad_s[k] * (log_.t_s[k] - log_.t_s[k - 1]);
+            if (std::abs(turned_rad) > 1.0)
+                throw InputError(path_, line_of_row(k),
+                                 "a standstill log, and by now w_m_rad_s has turned it by an electrical radian; drop "
+                                 "[log] regime of the machine file, or the column");
+        }
+    }
+
+    /// A row or two far beyond all others are a channel's, not a motor's: one of 40 000 spoils every fit.
+    void drop_spikes()
+    {
+        if (!timed()) return;
+        std::vector<std::size_t> rows;
+        for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q, col_w_m, col_torque})
+            if (has_[c])
+                for (const std::size_t k : spikes_of(values(c))) rows.push_back(k);
+        std::sort(rows.begin(), rows.end());
+        rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+        for (const std::size_t k : rows)
+            count_left_out(left_out_, "ten times beyond all but a thousandth of the rows", line_of_row(k));
+        if (rows.empty()) return;
+        for (std::size_t c = 0; c < column_count; ++c) {
+            std::vector<double>& x = values(c);
+            std::size_t kept = 0, next = 0;
+            for (std::size_t k = 0; k < x.size(); ++k)
+                if (next < rows.size() && rows[next] == k)
+                    ++next;
+                else
+                    x[kept++] = x[k];
+            x.resize(kept);
+        }
+        shift_lines(rows);
+        rows_ -= rows.size();
+        if (has_[col_t]) base_ = time_base_of(log_.t_s, clock_);
+    }
+
+    /// The lines that rows stand in once `gone` are no rows any more.
+    void shift_lines(const std::vector<std::size_t>& gone)
+    {
+        std::vector<std::pair<std::size_t, std::size_t>> shifts;
+        std::size_t before = 0, shift = 0;
+        const auto put = [&](std::size_t row) { shifts.emplace_back(row - before, shift + before); };
+        for (const auto& [from, s] : line_shifts_) {
+            for (; before < gone.size() && gone[before] < from; ++before, put(gone[before - 1] + 1)) {}
+            shift = s;
+            put(from);
+        }
+        while (before < gone.size()) ++before, put(gone[before - 1] + 1);
+        line_shifts_ = std::move(shifts);
     }
 
     static bool theta_moves(const std::vector<double>& theta)
@@ -677,6 +734,7 @@ private:
     std::size_t line_shift_ = 0;  // lines skipped so far
     std::vector<std::pair<std::size_t, std::size_t>> line_shifts_;
     TimeBase base_;
+    Clock clock_ = Clock::own;
     Log log_;
     std::optional<RowParser> parser_;
     // Of a pipe: the rows of its window, those that wait in log_, what was counted of all others.

@@ -39,16 +39,24 @@ Expression linear(const Import& in, std::size_t f, const ColumnSource& source)
     return x;
 }
 
-void take_named(Import& in, Column column, const ColumnSource& source)
+/// The field that the machine file names; throws InputError where the log has none of that name.
+std::size_t field_asked(const Import& in, const std::string& name, const std::string& machine_path, std::size_t line)
+{
+    const std::size_t f = field_named(in.head, name);
+    if (f != none) return f;
+    throw InputError(
+        machine_path, line,
+        fmt::format("{} has no column {}, but {}", in.head.path, shown(name), list(shown_all(in.head.fields))));
+}
+
+void take_named(Import& in, Column column, const ColumnSource& source, const std::string& machine_path)
 {
     in.columns[column].reset();
     if (source.value) return in.take_si(column, constant(*source.value));
-    const std::size_t f = field_named(in.head, source.name);
-    if (f == none) return;
+    const std::size_t f = field_asked(in, source.name, machine_path, source.line);
     Expression x = linear(in, f, source);
     if (!source.times.empty()) {
-        const std::size_t factor = field_named(in.head, source.times);
-        if (factor == none) return;
+        const std::size_t factor = field_asked(in, source.times, machine_path, source.line);
         x = combined(
             {x, in.field(factor)}, [](const double* v) { return v[0] * v[1]; }, x.text + " · " + source.times);
     }
@@ -104,6 +112,37 @@ bool maps_columns(const MachineFile& machine)
     return machine.i_dq.line || machine.v_dq.line;
 }
 
+/// What a column's name says before its unit: i_d of i_d_A, w_m of w_m_rad_s.
+std::string stem_of(const ColumnInfo& column)
+{
+    const std::string name = column.name;
+    const std::size_t slow = name.rfind("_rad_s");
+    return name.substr(0, slow == name.npos ? name.rfind('_') : slow);
+}
+
+/// Columns that have dqwatch's names but for the unit: read in theirs. One without a unit is refused, since a log that
+/// seems to lack it would be taken for another kind.
+void take_other_units(Import& in, const MachineFile& machine)
+{
+    for (const ColumnInfo& column : columns) {
+        if (in.columns[column.id] || machine.sources[column.id].line) continue;
+        const std::string stem = stem_of(column);
+        for (std::size_t f = 0; f < in.head.fields.size() && !in.columns[column.id]; ++f) {
+            const std::string& field = in.head.fields[f];
+            if (field == stem && !maps_columns(machine))
+                throw InputError(
+                    in.head.path, in.head.line,
+                    fmt::format("column {} says no unit: name it {}, or say under [columns] of the machine "
+                                "file {} = \"{}\"",
+                                shown(field), column.name, column.name, stem));
+            const std::string unit = field.rfind(stem + "_", 0) == 0 ? field.substr(stem.size() + 1) : "";
+            if (unit.empty() || !is_unit(column.id, unit)) continue;
+            in.take(column.id, f, unit);
+            in.notes.push_back(fmt::format("{} is read from {}", column.name, shown(field)));
+        }
+    }
+}
+
 /// A line of units below the header, where its names are dqwatch's.
 void take_units(Import& in)
 {
@@ -138,14 +177,16 @@ void map_columns(Import& in, const Format& format, const MachineFile& machine)
     if (&format == &plain) {
         for (const ColumnInfo& column : columns) field_named(in.head, column.name);
         take_units(in);
+        take_other_units(in, machine);
         in.gaps = maps_columns(machine);
     }
     // What others are made of first: the link, the angle, v_d beside which a duty leaves v_q.
     for (const Column c : {col_v_dc, col_theta_e, col_v_d})
-        if (machine.sources[c].line) take_named(in, c, machine.sources[c]);
+        if (machine.sources[c].line) take_named(in, c, machine.sources[c], machine.path);
     for (const ColumnInfo& column : columns) {
         const bool done = column.id == col_v_dc || column.id == col_theta_e || column.id == col_v_d;
-        if (!done && machine.sources[column.id].line) take_named(in, column.id, machine.sources[column.id]);
+        if (!done && machine.sources[column.id].line)
+            take_named(in, column.id, machine.sources[column.id], machine.path);
     }
     for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q})
         if (machine.sources[c].line) note_rms(in, c, machine.sources[c]);

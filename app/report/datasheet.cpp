@@ -134,8 +134,12 @@ std::string datasheet_text(const Result& result, const Machine& nominal)
     if (const auto* R = find("R_line_to_line_ohm"))
         add(fmt::format("R {:.4g} ± {:.2g} Ω line to line", R->value, R->sd));
     for (const auto& [name, of] : {std::pair("warmer_by_R_K", "R"), std::pair("warmer_by_psi_K", "ψ")})
-        if (const auto* K = find(name))
-            add(fmt::format("by {} {:.0f} ± {:.0f} K warmer than the machine file's", of, K->value, std::abs(K->sd)));
+        if (const auto* K = find(name)) {
+            // No minus before nothing, and a deviation of 0 is none.
+            const double value = std::abs(K->value) < 0.5 ? 0.0 : K->value, sd = std::abs(K->sd);
+            add(fmt::format("by {} {:.0f} ± {} K warmer than the machine file's", of, value,
+                            sd < 1.0 ? fmt::format("{:.1g}", sd) : fmt::format("{:.0f}", sd)));
+        }
     if (!out.empty()) out += '\n';
     for (const ControllerSettings& s : controller_settings(result)) {
         out += fmt::format("\n{}\n", s.controller);

@@ -94,6 +94,12 @@ def test_what_could_not_be_written_at_the_end_is_said(failing: Path, tmp_path: P
         ("x = 1\n", "unknown x"),
         ("[live\n", "not TOML"),
         ("[motor.m]\nmachine = 'none.toml'\n", "none.toml"),
+        ("[[motor]]\nname = 'a'\n", "expected [motor.NAME]"),
+        ("motor = 3\n", "expected a table"),
+        ("[motor]\na = 3\n", "motor.a: expected a table"),
+        ("live = 3\n", "live: expected a table"),
+        ("[motor.m]\nmachine = {}\nsettings = 5\n", "settings: expected a table"),
+        ("[motor.m]\nmachine = {}\nstall_s = 'x'\n", "could not convert"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(text: str, why: str, tmp_path: Path) -> None:
@@ -102,4 +108,5 @@ def test_what_cannot_be_is_refused_in_one_line(text: str, why: str, tmp_path: Pa
     done = start(config)
     _, err = done.communicate(timeout=300)
     assert done.returncode == 3 and why in err and err.count("\n") == 1, err
+    assert str(config) in err
     assert "Traceback" not in err

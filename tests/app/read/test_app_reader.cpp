@@ -1,4 +1,5 @@
 // From a CSV file to a log in memory: columns, regimes, gaps, intervals, notes.
+#include <algorithm>
 #include <string>
 
 #include "app/base/columns.hpp"
@@ -72,6 +73,64 @@ static void the_machine_file_renames_and_scales(void)
     TEST_ASSERT_EQUAL_DOUBLE(-0.004, log.i_q_A[1]);
 }
 
+static void a_field_that_the_machine_file_names_must_be_there(void)
+{
+    const std::string csv = "v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5\n1,2,3,4,6\n1,2,3,5,6\n";
+    expect_refused(csv, "[columns]\n\ni_d_A = \"nope\"\n", 3, "x.csv has no column \"nope\"");
+    expect_refused(csv, "[columns]\ni_d_A = { from = \"i_d_A\", times = \"none\" }\n", 2, "no column \"none\"");
+}
+
+static void dqwatchs_names_may_have_other_units(void)
+{
+    const auto log = read("v_d_mV,v_q_V,i_d_mA,i_q_A,w_m_rpm\n1,2,3,4,60\n1,2,30,4,60\n2,2,3,5,120\n");
+    TEST_ASSERT_EQUAL_DOUBLE(0.001, log.v_d_V[0]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.03, log.i_d_A[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 4 * 3.14159265358979, log.w_m_rad_s[2]);
+    TEST_ASSERT_TRUE(noted("i_d_A is read from \"i_d_mA\""));
+    // A column of its own unit comes first, and a reference is no current.
+    TEST_ASSERT_EQUAL_DOUBLE(
+        7, read("i_d_mA,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n9,1,2,7,4,5\n9,1,2,7,4,5\n9,1,2,7,4,6\n").i_d_A[0]);
+    expect_refused("v_d_V,v_q_V,i_d,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1, "column \"i_d\" says no unit: name it i_d_A");
+}
+
+/// One row of these has a current of 5000, two others a voltage of -900: no motor's.
+static void rows_that_no_motor_has_are_left_out(void)
+{
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < 3000; ++k)
+        text += std::to_string(1e-4 * k) + "," + (k == 700 || k == 701 ? "-900" : std::to_string(k % 11)) + ",5," +
+                (k == 400 ? "5000" : std::to_string(k % 7)) + "," + std::to_string(k % 5) + "," +
+                std::to_string(10 + k % 3) + "\n";
+    const auto log = read(text);
+    TEST_ASSERT_EQUAL_size_t(2997, log.rows());
+    TEST_ASSERT_TRUE(noted("3 rows left out, the first at line 402: ten times beyond"));
+    TEST_ASSERT_EQUAL_size_t(3, log.segments.size());
+    TEST_ASSERT_EQUAL_size_t(400, log.segments[1]);
+    TEST_ASSERT_EQUAL_size_t(699, log.segments[2]);
+    TEST_ASSERT_TRUE(noted("the first before line 403"));
+    TEST_ASSERT_EQUAL_DOUBLE(6, *std::max_element(log.i_d_A.begin(), log.i_d_A.end()));
+    TEST_ASSERT_EQUAL_DOUBLE(0, *std::min_element(log.v_d_V.begin(), log.v_d_V.end()));
+}
+
+/// A pulse of ten rows is what a motor may do, however far beyond the others.
+static void a_pulse_stays(void)
+{
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < 12000; ++k)
+        text += std::to_string(1e-4 * k) + ",1,5," + (k >= 400 && k < 410 ? "500" : "1") + ",2," +
+                std::to_string(10 + k % 3) + "\n";
+    TEST_ASSERT_EQUAL_size_t(12000, read(text).rows());
+}
+
+static void a_standstill_log_stands_still(void)
+{
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < 100; ++k) text += std::to_string(1e-3 * k) + "," + std::to_string(k % 3) + ",5,1,2,50\n";
+    // 5 pole pairs at 50 rad/s: a radian within four steps
+    expect_refused(text, "[log]\nregime = \"standstill\"\n[machine]\npole_pairs = 5\n", 7, "an electrical radian");
+    TEST_ASSERT_EQUAL_size_t(100, read(text).rows());
+}
+
 static void one_field_may_serve_two_columns(void)
 {
     const auto log = read("v_d_V,v_q_V,i,w_m_rad_s\n1,2,3,4\n1,2,4,5\n1,2,3,6\n",
@@ -116,7 +175,8 @@ static void missing_columns_are_named_with_those_there(void)
     expect_refused("t_s,w_m_rad_s,i_q_A\n1,2,3\n", "", 1, "torque_constant_Nm_A");
     expect_refused("t_s,w_m_rad_s\n1,2\n", "[log]\nregime = \"mechanical\"\n", 1, "torque_Nm");
     expect_refused("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "[log]\nregime = \"dynamic\"\n", 1, "t_s");
-    expect_refused("v_d_V,v_q_V,i_d_A,w_m_rad_s\n1,2,3,4\n", "[columns]\ni_q_A = \"Iq\"\n", 1, "\"Iq\"");
+    expect_refused("v_d_V,v_q_V,i_d_A,w_m_rad_s\n1,2,3,4\n", "[columns]\ni_q_A = \"Iq\"\n", 2,
+                   "no column \"Iq\", but v_d_V, v_q_V, i_d_A, w_m_rad_s");
 }
 
 static void a_gap_begins_a_segment(void)
@@ -212,6 +272,11 @@ int main(void)
     RUN_TEST(columns_come_in_any_order_and_others_are_named);
     RUN_TEST(the_machine_file_renames_and_scales);
     RUN_TEST(one_field_may_serve_two_columns);
+    RUN_TEST(a_field_that_the_machine_file_names_must_be_there);
+    RUN_TEST(dqwatchs_names_may_have_other_units);
+    RUN_TEST(rows_that_no_motor_has_are_left_out);
+    RUN_TEST(a_pulse_stays);
+    RUN_TEST(a_standstill_log_stands_still);
     RUN_TEST(the_regime_is_found_from_the_columns);
     RUN_TEST(an_angle_that_moves_is_no_standstill);
     RUN_TEST(missing_columns_are_named_with_those_there);

@@ -49,7 +49,10 @@ def run(argv: Sequence[str]) -> int:
             with tempfile.TemporaryDirectory(prefix="dqwatch-live-") as folder:
                 return _serve(*demo(Path(folder)), {}, asked)
         config = read_config(Path(asked.config))
-        live, captures = live_of(config, Path(asked.config).resolve().parent)
+        try:
+            live, captures = live_of(config, Path(asked.config).resolve().parent)
+        except ConfigError as error:
+            raise ConfigError(f"{asked.config}: {error}") from None
         known = live.load()
         if known:
             print(f"{known} of {len(live.motors)} motors go on where they were", flush=True)

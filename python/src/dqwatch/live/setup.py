@@ -45,6 +45,18 @@ def read_config(path: Path) -> dict[str, Any]:
         raise ConfigError(f"{path}: not TOML: {error}") from None
 
 
+def _table(what: str, x: Any) -> Mapping[str, Any]:
+    if not isinstance(x, Mapping):
+        raise ConfigError(f"{what}: expected a table, not {x!r}")
+    return x
+
+
+def _tables(what: str, x: Any) -> list[Mapping[str, Any]]:
+    if not isinstance(x, list):
+        raise ConfigError(f"{what}: expected [[{what}]], one table for each")
+    return [_table(f"{what} {k + 1}", t) for k, t in enumerate(x)]
+
+
 def _known(what: str, table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
     for key in table:
         if key not in keys:
@@ -62,6 +74,7 @@ def _address(what: str, text: Any, port: int) -> tuple[str, int]:
 
 def _motor(name: str, table: Mapping[str, Any], base: Path, folder: Path | None) -> Motor:
     what = f"motor.{name}"
+    table = _table(what, table)
     _known(what, table, _MOTOR)
     machine = table.get("machine")
     try:
@@ -76,12 +89,14 @@ def _motor(name: str, table: Mapping[str, Any], base: Path, folder: Path | None)
             stall_s=float(table.get("stall_s", 5.0)),
             replayed=bool(table.get("replayed", False)),
             folder=folder,
-            extra=dict(table.get("settings", {})),
+            extra=dict(_table("settings", table.get("settings", {}))),
         )
         if "period_s" not in settings.machine:
             raise ConfigError(f"{what}: no period_s; expected the seconds from row to row in its machine")
         return Motor(settings)
-    except (OSError, ValueError, dqwatch.Error) as error:
+    except OSError as error:
+        raise ConfigError(f"{what}: {error.filename}: {error.strerror or error}") from None
+    except (TypeError, ValueError, dqwatch.Error) as error:
         raise ConfigError(f"{what}: {error}") from None
 
 
@@ -154,22 +169,29 @@ def _sink(table: Mapping[str, Any], base: Path) -> Sink:
         raise ConfigError(f"a {kind} sink needs {error.name}; pip install './python[live]'") from None
 
 
+def _motors(config: Mapping[str, Any]) -> Mapping[str, Any]:
+    motors = config.get("motor", {})
+    if isinstance(motors, list):
+        raise ConfigError("motor: expected [motor.NAME], not [[motor]]")
+    return _table("motor", motors)
+
+
 def live_of(config: Mapping[str, Any], base: Path) -> tuple[Live, Path | None]:
     """All that the configuration says, and the folder of the logs around events. Raises ConfigError."""
     _known("the configuration", config, ("live", "motor", "source", "sink"))
-    table = config.get("live", {})
+    table = _table("live", config.get("live", {}))
     _known("[live]", table, ("state", "listen", "token"))
     folder = base / str(table["state"]) if "state" in table else None
     captures = folder / "events" if folder is not None else None
     if captures is not None:
         captures.mkdir(parents=True, exist_ok=True)
-    motors = {name: _motor(name, m, base, captures) for name, m in config.get("motor", {}).items()}
+    motors = {name: _motor(name, m, base, captures) for name, m in _motors(config).items()}
     if not motors:
         raise ConfigError("no motor; expected [motor.NAME] with machine")
     if len({slug(n) for n in motors}) != len(motors):
         raise ConfigError("two motors whose names cannot be told apart")
-    sources = [_source(k, s, base, motors) for k, s in enumerate(config.get("source", []))]
+    sources = [_source(k, s, base, motors) for k, s in enumerate(_tables("source", config.get("source", [])))]
     if not sources:
         raise ConfigError("no source; expected [[source]] with kind")
-    sinks = [_sink(s, base) for s in config.get("sink", [])]
+    sinks = [_sink(s, base) for s in _tables("sink", config.get("sink", []))]
     return Live(list(motors.values()), sources, sinks, folder), captures
