@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -42,6 +43,62 @@ Learned learn_those(const std::vector<Log>& logs, const LearnOptions& options)
     return options.fixed_point ? learn_q15(logs, options) : learn_electrical(logs, options);
 }
 
+std::size_t place_of_dead_time(const std::vector<TraceInput>& inputs)
+{
+    const auto is = [](const TraceInput& in) { return in.effect == "dead_time"; };
+    return static_cast<std::size_t>(std::find_if(inputs.begin(), inputs.end(), is) - inputs.begin());
+}
+
+/// What a width that may be anywhere within an octave to either side moves is in the deviation: blocks of many rows blur
+/// it, so that what leaves least may be the next one.
+void allow_for_width(std::vector<Estimate>& learned, const std::vector<Estimate>& half,
+                     const std::vector<Estimate>& twice)
+{
+    constexpr double kOfTwoOctaves = 0.29;  // an even spread of two octaves has 0.58 octaves
+    for (Estimate& e : learned) {
+        const Estimate *a = find_estimate(half, e.name), *b = find_estimate(twice, e.name);
+        if (!e.given && a && b) e.sd = std::hypot(e.sd, kOfTwoOctaves * (b->value - a->value));
+    }
+}
+
+/// Dead time whose width nobody gave: of widths an octave apart the one that leaves least, from the usual one on.
+Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
+{
+    constexpr int kMostSteps = 5;
+    Learned here = learn_those(logs, options);
+    const std::size_t at = place_of_dead_time(here.inputs), asked = place_of_dead_time(options.inputs);
+    if (at >= here.inputs.size() || here.inputs[at].shape.empty()) return here;
+    double width_A = here.inputs[at].shape[0];
+    options.progress = {}, options.block = {};
+    const auto learned_at = [&](double width) {
+        options.inputs[asked].shape = {width};
+        return learn_those(logs, options);
+    };
+    Learned half = learned_at(0.5 * width_A), twice = learned_at(2.0 * width_A);
+    for (int step = 0; step < kMostSteps; ++step) {
+        const double left = here.result.residual_rms;
+        if (half.result.residual_rms < left && half.result.residual_rms <= twice.result.residual_rms) {
+            width_A *= 0.5;
+            twice = std::move(here), here = std::move(half), half = learned_at(0.5 * width_A);
+        } else if (twice.result.residual_rms < left) {
+            width_A *= 2.0;
+            half = std::move(here), here = std::move(twice), twice = learned_at(2.0 * width_A);
+        } else {
+            break;
+        }
+    }
+    allow_for_width(here.result.parameters, half.result.parameters, twice.result.parameters);
+    for (TraceEffect& e : here.effects)
+        for (std::size_t k = 0; k < half.effects.size() && k < twice.effects.size(); ++k)
+            if (half.effects[k].name == e.name && twice.effects[k].name == e.name)
+                allow_for_width(e.parameters, half.effects[k].parameters, twice.effects[k].parameters);
+    here.result.notes.push_back(fmt::format(
+        "dead_time: nobody said its width; of those an octave apart {:.3g} A leaves least, and what an octave "
+        "moves is in the deviations; fit --effect finds it, learn --config takes it",
+        width_A));
+    return here;
+}
+
 /// A flux map is the machine's where its bend counts once.
 void note_weights(Learned& learned)
 {
@@ -65,7 +122,9 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
         throw std::invalid_argument("not one mark for each row of what is held out");
     LearnOptions those = options;
     those.inputs = learnable(options.inputs);
-    Learned learned = learn_those(logs, those);
+    const std::size_t dead_time = place_of_dead_time(those.inputs);
+    const bool any_width = dead_time < those.inputs.size() && those.inputs[dead_time].shape.empty();
+    Learned learned = any_width ? over_widths(logs, those) : learn_those(logs, those);
     note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;

@@ -182,8 +182,8 @@ static void fixed_point_follows_float_through_noise_of_a_fifth(void)
 {
     std::size_t known = 0;
     const Off all = over_effects("0.2", known);
-    // 2.2: dead time's machine, where the noise of the currents is above the width; else 0.3.
-    near(2.2, all.plain, "parameters");
+    // Dead time's machine, where the noise of the currents is above the width; else 0.3.
+    near(0.71, all.plain, "parameters");
     near(1.4, all.weight, "weights");
     TEST_ASSERT_TRUE(known >= 34);
 }
