@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "app/base/output.hpp"
@@ -50,11 +51,26 @@ int list_keys(bool json)
     auto keys = nlohmann::ordered_json::array();
     std::string text;
     for (std::size_t i = 0; const char* key = dqw_sim_key_at(i); ++i) {
+        char expected[400];
+        dqw_sim_expected(key, expected, sizeof expected);
         keys.push_back(key);
-        text += std::string(key) + "\n";
+        text += fmt::format("{:<44} {}\n", key, expected);
     }
     print(json ? json_text({{"schema", "dqwatch.keys/1"}, {"keys", keys}}) : text);
     return exit_done;
+}
+
+/// Of two values for one key nobody knows which was meant.
+void refuse_twice(const Options& options)
+{
+    std::vector<std::string> keys;
+    if (options.seed) keys.emplace_back("seed");
+    if (options.pole_pairs) keys.emplace_back("machine.pole_pairs");
+    for (const std::string& setting : options.settings) {
+        keys.push_back(setting.substr(0, setting.find('=')));
+        if (std::count(keys.begin(), keys.end(), keys.back()) > 1)
+            throw UsageError(fmt::format("--set {}: it is said twice", shown(keys.back())));
+    }
 }
 
 std::string command_of(const Options& options)
@@ -78,6 +94,7 @@ int sim_command(const Options& options)
     if (options.list) return list_scenarios(options.json);
     if (options.list_keys) return list_keys(options.json);
     if (options.scenario.empty()) throw UsageError("sim: SCENARIO is missing; `dqwatch sim --list` names all");
+    refuse_twice(options);
     std::vector<std::string> notes;
     const dqw_sim_scenario scenario = scenario_asked(options, notes);
     const Written written = simulate_into(options.out_dir, scenario, command_of(options));

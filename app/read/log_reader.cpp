@@ -335,8 +335,9 @@ private:
         const std::size_t number = opening_.line_number();
         const bool may_be = opening_.was_unended() ||
                             split(line, import_.head.separator).size() < import_.head.fields.size();
-        // A pipe may have more to come, for which nobody waits.
-        if (window_s_ < HUGE_VAL || !may_be || !opening_.was_last()) return false;
+        // A pipe may have more to come, for which nobody waits; behind a line without an end nothing comes.
+        if (window_s_ < HUGE_VAL && !opening_.was_unended()) return false;
+        if (!may_be || !opening_.was_last()) return false;
         ++rows_in_file_;
         count_left_out(left_out_, "the log ends within it", number);
         return true;
