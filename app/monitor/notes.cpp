@@ -56,7 +56,9 @@ std::string why_no_service(const MonitorRun& run)
     std::vector<std::string> unknown, help;
     for (const Help& h : helps) {
         const MonitorReading& r = run.last[static_cast<std::size_t>(h.channel)];
-        if (r.sd < kKnown * r.value) continue;
+        const MonitorSight& sight = run.sights[static_cast<std::size_t>(h.channel)];
+        const bool of_no_map = dqw_watch_is_map(h.channel) && sight.why == DQW_WHY_NOT_ASKED;
+        if (of_no_map || r.sd < kKnown * r.value) continue;
         const std::string title = channel_named(h.channel).title;
         unknown.push_back(title);
         help.push_back(fmt::format("for {} {}", title, h.excitation));

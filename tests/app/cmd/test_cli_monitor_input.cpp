@@ -52,6 +52,8 @@ static void a_log_that_teaches_nothing_says_what_would_help(void)
     holds(run.err, "note: not in service: ");
     holds(run.err, "what would help: ");
     holds(run.err, "L_d");
+    // Nobody gave a flux map.
+    TEST_ASSERT_TRUE_MESSAGE(run.err.find("flux map") == std::string::npos, run.err.c_str());
     const std::string page = command::read_file(folder / "o/monitor.html");
     holds(page, "not in service</span>");
     holds(page, "The monitor did not enter service");
