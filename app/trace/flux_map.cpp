@@ -77,10 +77,15 @@ std::string flux_map_text(const TraceResult& trace)
                           "no mtpa.csv: the currents of least size for a torque are not among the log's: drive i_d "
                           "and i_q at once\n");
     const LeastCurrent& most = least.back();
-    out += fmt::format("{:.3g} Nm takes {:.3g} A at i_d = {:.3g} A, i_q = {:.3g} A", most.torque_Nm, most.i_A,
-                       most.i_d_A, most.i_q_A);
+    // A hundredth of a percent is no current that is saved, and its i_d none.
+    constexpr double kNoMore = 1e-4;
     const double alone = current_without_d(map, p, most.torque_Nm);
-    if (std::isfinite(alone))
+    const bool no_d = alone < most.i_A * (1.0 + kNoMore);
+    out += fmt::format("{:.3g} Nm takes {:.3g} A at i_d = {:.3g} A, i_q = {:.3g} A", most.torque_Nm, most.i_A,
+                       no_d ? 0.0 : most.i_d_A, most.i_q_A);
+    if (no_d)
+        out += ": i_d = 0 takes no more";
+    else if (std::isfinite(alone))
         out += fmt::format("; with i_d = 0 it is {:.3g} A, {:.2g} % more", alone, 100.0 * (alone / most.i_A - 1.0));
     else
         out += "; the log was not where i_d = 0 makes it";

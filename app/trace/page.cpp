@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/base/columns.hpp"
+#include "app/base/learnable.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "app/page/html.hpp"
@@ -88,9 +89,11 @@ std::string learner_section(const TraceReport& report)
     if (!report.learner_before || !report.learner_after) return "";
     const Rows rows = parameter_rows(*report.learner_before, *report.learner_after, !report.trace.effects.empty());
     if (rows.size() < 2) return "";
+    std::string others;
+    for (const std::string& note : notes_on_others(report.trace.inputs)) others += "<p>" + escaped(note) + ".</p>\n";
     return section("The learners in firmware",
                    "<p>The same rows, learned by the C library without and with the effects as Learner inputs.</p>\n" +
-                       html_table(rows, "numbers effects"));
+                       others + html_table(rows, "numbers effects"));
 }
 
 std::string effect_section(const TraceResult& trace)

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/base/columns.hpp"
+#include "app/base/learnable.hpp"
 #include "app/base/quantity.hpp"
 #include "app/base/text.hpp"
 #include "app/report/report.hpp"
@@ -131,6 +132,7 @@ std::string trace_text(const TraceReport& report)
     if (!map.empty()) out += "\n" + map;
     if (report.learner_before && report.learner_after)
         out += parameters("learners in firmware\n", *report.learner_before, *report.learner_after);
+    for (const std::string& note : notes_on_others(trace.inputs)) out += "  " + note + "\n";
     const std::vector<std::string> advice = advice_of(trace);
     if (!advice.empty()) out += "\nwhat would tell more\n";
     for (const std::string& text : advice) out += "  " + text + "\n";

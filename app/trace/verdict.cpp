@@ -76,9 +76,21 @@ std::string flux_sentence(const TraceEffect& effect, const TraceBlocks& blocks)
         const double x = blocks.i_d_A[*d_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
         const double d_Wb = x * x * (weight("psi_d2_Wb") + x * (weight("psi_d3_Wb") + x * weight("psi_d4_Wb")));
         const double q_Wb = y * y * y * (weight("psi_q3_Wb") + y * y * weight("psi_q5_Wb"));
-        return fmt::format(
-            "The iron saturates: it changes the flux of d by {} at i_d = {}, that of q by {} at i_q = {} (saturation)",
-            flux_text(d_Wb), current_text(blocks.i_d_A[*d_row]), flux_text(q_Wb), current_text(blocks.i_q_A[*q_row]));
+        // Of an axis whose weights may all be nothing nothing is said, unless neither's are told apart.
+        const auto told = [&](std::initializer_list<const char*> names) {
+            return std::any_of(names.begin(), names.end(), [&](const char* name) {
+                const Estimate* e = find_estimate(effect.parameters, name);
+                return e != nullptr && std::fabs(e->value) > 2.0 * e->sd;
+            });
+        };
+        const bool d = told({"psi_d2_Wb", "psi_d3_Wb", "psi_d4_Wb"}), q = told({"psi_q3_Wb", "psi_q5_Wb"});
+        const std::string of_d = fmt::format("the flux of d by {} at i_d = {}", flux_text(d_Wb),
+                                             current_text(blocks.i_d_A[*d_row])),
+                          of_q = fmt::format("{} of q by {} at i_q = {}", d || !q ? "that" : "the flux",
+                                             flux_text(q_Wb), current_text(blocks.i_q_A[*q_row]));
+        return fmt::format("The iron saturates: it changes {} (saturation)", d == q ? of_d + ", " + of_q
+                                                                             : d    ? of_d
+                                                                                    : of_q);
     }
     if (effect.name != "cross_saturation" || *q_row >= blocks.i_d_A.size()) return "";
     const double x = blocks.i_d_A[*q_row] / i_base_A, y = blocks.i_q_A[*q_row] / i_base_A;
