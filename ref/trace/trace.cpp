@@ -403,7 +403,8 @@ std::string why_not(const std::string& name, double left, const Selection& s, co
     if (std::any_of(result.partial.effects.begin(), result.partial.effects.end(), is_it))
         return "the best partial match, but it explains too little: " + percent_of(result.partial.share) +
                " of what is above the noise";
-    if (!(before > kStructured * result.noise_floor)) return "what the plain model leaves is noise: nothing to explain";
+    if (result.effects.empty() && !(before > kStructured * result.noise_floor))
+        return "what the plain model leaves is noise: nothing to explain";
     if (!(left < before)) return "alone it leaves more of the rows held out than the plain model does";
     // What is told below is chance.
     constexpr double kLeastShare = 0.05;
