@@ -10,6 +10,18 @@
 namespace dqw {
 namespace {
 
+struct Prefix {
+    double times;
+    const char* name;
+};
+
+/// Of numbers as large as that one: ticks of H are alike in their first digits.
+Prefix prefix_of(double size)
+{
+    if (!(size > 0.0) || size >= 0.5) return {1.0, ""};
+    return size >= 0.5e-3 ? Prefix{1e3, "m"} : Prefix{1e6, "µ"};
+}
+
 /// One quantity over one current, at none, half and most of the other that the log saw.
 Plot over_current(const FluxMap& map, bool over_d, const char* name, const char* unit, double FluxNode::*value,
                   double FluxNode::*sd)
@@ -36,16 +48,20 @@ Plot over_current(const FluxMap& map, bool over_d, const char* name, const char*
                                         over_d ? "i_d" : "i_q", over_d ? "i_q" : "i_d", other[at[0]] + 0.0,
                                         other[at[1]], other[at[2]]));
     plot.x_label = over_d ? "i_d [A]" : "i_q [A]";
-    plot.y_label = fmt::format("{} [{}]", name, unit);
+    double largest = 0.0;
+    for (const FluxNode& n : map.nodes)
+        if (n.seen && std::isfinite(n.*value)) largest = std::max(largest, std::abs(n.*value));
+    const Prefix prefix = prefix_of(largest);
+    plot.y_label = fmt::format("{} [{}{}]", name, prefix.name, unit);
     plot.series = {"none", "half", "most"};
     plot.columns.resize(1 + 3 * plot.series.size());
     for (std::size_t a = 0; a < x.size(); ++a) {
         plot.columns[0].push_back(x[a]);
         for (std::size_t k = 0; k < plot.series.size(); ++k) {
             const FluxNode& n = node(a, at[k]);
-            const double v = n.seen ? n.*value : std::nan("");
+            const double v = n.seen ? prefix.times * n.*value : std::nan(""), wide = 2.0 * prefix.times * n.*sd;
             plot.columns[1 + 3 * k].push_back(v);
-            plot.columns[2 + 3 * k].push_back(v - 2 * n.*sd), plot.columns[3 + 3 * k].push_back(v + 2 * n.*sd);
+            plot.columns[2 + 3 * k].push_back(v - wide), plot.columns[3 + 3 * k].push_back(v + wide);
         }
     }
     return plot;

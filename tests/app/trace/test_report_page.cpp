@@ -362,11 +362,12 @@ static void a_map_is_drawn_where_the_log_was(void)
     const auto groups = dqw::plot_groups(report.trace);
     const dqw::Plot& psi_d = groups.front().plots.front();
     TEST_ASSERT_EQUAL_size_t(10, psi_d.columns.size());
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.098, psi_d.columns[1][1]);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.096, psi_d.columns[2][1]);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.100, psi_d.columns[3][1]);
+    TEST_ASSERT_EQUAL_STRING("ψ_d [mWb]", psi_d.y_label.c_str());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 98, psi_d.columns[1][1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 96, psi_d.columns[2][1]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 100, psi_d.columns[3][1]);
     TEST_ASSERT_DOUBLE_IS_NAN(psi_d.columns[7][4]);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.104, psi_d.columns[4][4]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 104, psi_d.columns[4][4]);
 }
 
 int main(void)
