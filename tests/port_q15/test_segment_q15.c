@@ -276,6 +276,24 @@ static void test_segments_are_counted_as_far_as_there_is_room(void)
     }
 }
 
+// Of a signal that is a quarter of full scale either way, half of the time each: mean 0, variance 1/16, or nothing.
+static void test_moments_are_of_full_scale(void)
+{
+    dqw_segment_q15 s;
+    const int32_t band_q28[WEIGHTS] = {0};
+    dqw_segment_init_q15(&s, band_q28);
+    const int32_t quarter_q28 = 1 << 26;
+    for (int n = 0; n < 4000; n++)
+        HOLDS(!dqw_segment_block_q15(&s, n & 1 ? quarter_q28 : -quarter_q28, quarter_q28, 5000, 6000));
+    for (int ever = 0; ever < 2; ever++) {
+        const dqw_moments_q15 *m = ever ? s.ever : s.now;
+        BETWEEN(-1e-3, ldexp(m[0].mean_q30, -30), 1e-3);
+        BETWEEN(0.0624, ldexp(m[0].variance_q31, -31), 0.0628);
+        BETWEEN(0.2499, ldexp(m[1].mean_q30, -30), 0.2501);
+        BETWEEN(0, ldexp(m[1].variance_q31, -31), 1e-3);
+    }
+}
+
 static void test_its_state_is_small(void) { HOLDS(sizeof(dqw_segment_q15) <= (DQW_MAP_WEIGHTS > 0 ? 352 : 260)); }
 
 int main(void)
@@ -287,6 +305,7 @@ int main(void)
     RUN_TEST(test_both_end_alike);
     RUN_TEST(test_any_bits);
     RUN_TEST(test_segments_are_counted_as_far_as_there_is_room);
+    RUN_TEST(test_moments_are_of_full_scale);
     RUN_TEST(test_its_state_is_small);
     return UNITY_END();
 }
