@@ -209,8 +209,8 @@ static float beyond_frame(const dqw_estimator *e, int parameter, float *sd)
 {
     *sd = 0.0f;
     for (int k = 0; k < e->config->effect_count; k++) {
-        float angle_rad;
-        float angle_sd_rad;
+        float angle_rad = 0.0f;
+        float angle_sd_rad = 0.0f;
         if (e->config->effects[k].effect != DQW_EFFECT_ANGLE_OFFSET || parameter < DQW_LD || parameter > DQW_PSI)
             continue;
         // [READ.5] an angle beyond what the law holds for tells nothing of the frame

@@ -263,8 +263,8 @@ static int64_t beyond_frame_q40(const dqw_estimator_q15 *e, enum dqw_parameter p
 {
     *sd_q24 = 0;
     for (int k = 0; k < e->effect.count; k++) {
-        int64_t angle_q40;
-        int64_t angle_sd_q40;
+        int64_t angle_q40 = 0;
+        int64_t angle_sd_q40 = 0;
         if (e->effect.list[k].effect != DQW_EFFECT_ANGLE_OFFSET || parameter < DQW_LD || parameter > DQW_PSI) continue;
         // [READ.5] an angle beyond what the law holds for tells nothing of the frame
         if (dqw_estimator_read_effect_q15(e, k, &angle_q40, &angle_sd_q40) == 0 ||
@@ -273,7 +273,7 @@ static int64_t beyond_frame_q40(const dqw_estimator_q15 *e, enum dqw_parameter p
         const enum dqw_parameter other = parameter == DQW_LD ? DQW_LQ : DQW_LD;
         const int64_t w_q24 = dqw_estimator_value_q24(e, (int)parameter);
         // Each has its own unit. |w| < 2^30: products below 2^62
-        const int64_t others_q24 = dqw_q_quotient64((int64_t)dqw_estimator_value_q24(e, other) *
+        const int64_t others_q24 = dqw_q_quotient64((int64_t)dqw_estimator_value_q24(e, (int)other) *
                                                         dqw_estimator_unit_q15(e->config, other),
                                                     dqw_estimator_unit_q15(e->config, parameter), 0);
         const int64_t turned_q24 = parameter == DQW_PSI ? dqw_q_floor64(w_q24, 1) : w_q24 - others_q24;

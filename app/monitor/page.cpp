@@ -258,7 +258,8 @@ std::string monitor_page(const MonitorReport& report, Extent extent)
     body += "<div class=\"stack\">\n" + card("Stages and events", timeline(run) + ticks(run) + legend()) +
             event_card(run) + "</div>\n";
     const std::vector<Plot> all = monitor_plots(run);
-    body += "<div class=\"first watched\">\n<div>" + summary_card(run) + value_card(run) + unwatched_card(run) + "</div>\n";
+    body += "<div class=\"first watched\">\n<div>" + summary_card(run) + value_card(run) + unwatched_card(run) +
+            "</div>\n";
     if (const Plot* key = key_plot(run, all)) body += plots.figure(*key, "card wide");
     body += "</div>\n";
     const std::string title = name + " – dqwatch monitor";
