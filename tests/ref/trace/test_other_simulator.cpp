@@ -25,6 +25,7 @@ struct Drive {
     double iron_S = 0;             // across what the turning flux induces: beside the winding, behind R
     double rise = 0, warms_s = 0;  // part of R that the winding gains at last, whatever the current, and how soon
     unsigned seed = 1;
+    int rows = 16000;
 };
 
 struct Flux {
@@ -66,7 +67,7 @@ Log run(const Drive& drive)
     Flux x{kPsi, 0};
     double theta = 0.3, sum_d = 0, sum_q = 0, wanted_d = 0, wanted_q = 0, next_s = 0;
     const double T = drive.period_s, h = T / kSteps;
-    for (int k = 0; k < 16000; ++k) {
+    for (int k = 0; k < drive.rows; ++k) {
         const double t = k * T, w = speed(t);
         if (t >= next_s) {
             next_s = t + 0.04 * (0.5 + even(random)), wanted_d = -4 * even(random),
@@ -128,6 +129,7 @@ void base_is_right(const TraceResult& r)
 void nothing_is_found_where_nothing_is()
 {
     Drive drive;
+    drive.rows = 8000;
     for (const bool held : {false, true}) {
         drive.rotor_held = held, drive.period_s = held ? 3e-4 : 1e-4;
         const TraceResult r = dqw::trace({run(drive)});
@@ -140,7 +142,7 @@ void nothing_is_found_where_nothing_is()
 void effects_that_hide_each_other()
 {
     Drive drive;
-    drive.dead_time_V = 3, drive.angle_rad = 0.04;
+    drive.dead_time_V = 3, drive.angle_rad = 0.04, drive.rows = 8000;
     for (const bool held : {false, true}) {
         drive.rotor_held = held;
         const TraceResult r = dqw::trace({run(drive)});
