@@ -227,7 +227,7 @@ static void the_report_calibrates_and_covers(void)
 // draw.
 static void fixed_logs_are_traced(void)
 {
-    const std::uint64_t seeds[] = {1, 50, 103, 112, 219, 299};
+    const std::uint64_t seeds[] = {1, 12, 50, 103, 219, 299};
     int wrong = 0;
     for (const std::uint64_t seed : seeds) {
         const blind::Case c = blind::draw(seed);
