@@ -256,6 +256,16 @@ static double peak_of(const Folder& folder, std::size_t rows)
     return run.peak_MiB;
 }
 
+static void a_last_row_that_is_cut_off_is_left_out(void)
+{
+    const Folder folder;
+    const std::string log = joint(folder, {"duration_s=0.05"});
+    const Outcome run = from_pipe(folder, log + "0.05,1,", {"--machine", nameplate(folder)});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    holds(run.err, "1 row left out");
+    holds(run.err, "the log ends within it");
+}
+
 static void memory_stays_flat(void)
 {
     const Folder folder;
@@ -372,6 +382,7 @@ int main(void)
     (void)std::signal(SIGPIPE, SIG_IGN);
     UNITY_BEGIN();
     // First: a child's peak begins with that of its parent.
+    RUN_TEST(a_last_row_that_is_cut_off_is_left_out);
     RUN_TEST(memory_stays_flat);
     RUN_TEST(a_pipe_gives_the_events_of_the_file);
     RUN_TEST(rows_that_want_their_neighbours_are_the_same);

@@ -276,6 +276,9 @@ static void poor_logs_are_refused_in_one_line(void)
                       c = folder.write("c.csv", shaft(2000));
     expect_refused(folder, a, {"trace", b}, "b.csv:1: a steady log");
     expect_refused(folder, a, {"trace", c}, "c.csv:1: a mechanical log");
+    expect_refused(folder, a, {"trace", "--effect", "coulomb_friction"},
+                   "a.csv:1: coulomb_friction is of a mechanical");
+    expect_refused(folder, c, {"trace", "--effect", "dead_time"}, "c.csv:1: dead_time is of an electrical");
 }
 
 static void what_is_no_trace_starts_no_learner(void)
