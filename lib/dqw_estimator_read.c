@@ -28,7 +28,7 @@
 #define STRETCH_MOST 200.0f
 // Of what may stand in line with an input, what does.
 #define MODEL_PART 0.4f
-// To so much an angle's law is off by less than a hundredth of it.
+// To so much an angle's law is off by 2 % of it.
 #define LAW_HOLDS_RAD 0.25f
 // Squared it is finite.
 #define SD_MOST 1e18f
@@ -213,15 +213,19 @@ static float beyond_frame(const dqw_estimator *e, int parameter, float *sd)
         float angle_sd_rad = 0.0f;
         if (e->config->effects[k].effect != DQW_EFFECT_ANGLE_OFFSET || parameter < DQW_LD || parameter > DQW_PSI)
             continue;
-        // [READ.5] an angle beyond what the law holds for tells nothing of the frame
-        if (dqw_estimator_read_effect(e, k, &angle_rad, &angle_sd_rad) == 0 || !(fabsf(angle_rad) < LAW_HOLDS_RAD))
-            return 0.0f;
+        if (dqw_estimator_read_effect(e, k, &angle_rad, &angle_sd_rad) == 0) return 0.0f;
         const int other = parameter == DQW_LD ? DQW_LQ : DQW_LD;
         const float w = dqw_estimator_value(e, parameter);
         const float turned = parameter == DQW_PSI ? 0.5f * w : w - dqw_estimator_value(e, other);
+        const float more = turned * angle_rad * angle_rad;
+        // [READ.5] beyond what the law holds for the whole of it may be wrong
+        if (!(fabsf(angle_rad) < LAW_HOLDS_RAD)) {
+            *sd = fabsf(more);
+            return 0.0f;
+        }
         const float beyond_rad = 0.5f * fabsf(angle_rad) * angle_rad * angle_rad;
         *sd = 2.0f * fabsf(turned * angle_rad) * (angle_sd_rad + beyond_rad);
-        return turned * angle_rad * angle_rad;
+        return more;
     }
     return 0.0f;
 }
@@ -290,6 +294,11 @@ int dqw_estimator_read_effect(const dqw_estimator *e, int index, float weights[]
     for (int i = 0; i < n; i++) {
         weights[i] = dqw_estimator_value(e, first + i);
         sd[i] = dqw_estimator_sd_value(e, first + i);
+    }
+    // The law is of a small angle: what is learned lies between its sine and its tangent. (E184)
+    if (list[index].effect == DQW_EFFECT_ANGLE_OFFSET) {
+        const float w = fabsf(weights[0]);
+        sd[0] = with(sd[0], w * w * w * (1.0f / 3.0f));
     }
     return (int)dqw_effect_known(weights, sd, n);
 }

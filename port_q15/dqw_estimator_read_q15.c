@@ -266,10 +266,7 @@ static int64_t beyond_frame_q40(const dqw_estimator_q15 *e, enum dqw_parameter p
         int64_t angle_q40 = 0;
         int64_t angle_sd_q40 = 0;
         if (e->effect.list[k].effect != DQW_EFFECT_ANGLE_OFFSET || parameter < DQW_LD || parameter > DQW_PSI) continue;
-        // [READ.5] an angle beyond what the law holds for tells nothing of the frame
-        if (dqw_estimator_read_effect_q15(e, k, &angle_q40, &angle_sd_q40) == 0 ||
-            dqw_q_size64(angle_q40) >= LAW_HOLDS_Q40)
-            return 0;
+        if (dqw_estimator_read_effect_q15(e, k, &angle_q40, &angle_sd_q40) == 0) return 0;
         const enum dqw_parameter other = parameter == DQW_LD ? DQW_LQ : DQW_LD;
         const int64_t w_q24 = dqw_estimator_value_q24(e, (int)parameter);
         // Each has its own unit. |w| < 2^30: products below 2^62
@@ -277,13 +274,18 @@ static int64_t beyond_frame_q40(const dqw_estimator_q15 *e, enum dqw_parameter p
                                                         dqw_estimator_unit_q15(e->config, other),
                                                     dqw_estimator_unit_q15(e->config, parameter), 0);
         const int64_t turned_q24 = parameter == DQW_PSI ? dqw_q_floor64(w_q24, 1) : w_q24 - others_q24;
-        // Below 2^29: the square below 2^58, by 2^33 below 2^62
-        const int64_t angle_q31 = dqw_q_round64(angle_q40, 9);
-        const int64_t part_q30 = dqw_q_floor64(angle_q31 * angle_q31, 32);
-        const int64_t slope_q24 = dqw_q_size64(dqw_q_floor64(turned_q24 * angle_q31, 30));
-        const int64_t beyond_q40 = dqw_q_product64(dqw_q_size64(angle_q40), part_q30, -31);
+        const int64_t size_q40 = dqw_q_size64(angle_q40);
+        const int64_t part_q40 = dqw_q_product64(size_q40, size_q40, -40);
+        const int64_t more_q40 = dqw_q_product64(turned_q24, part_q40, -24);
+        // [READ.5] beyond what the law holds for the whole of it may be wrong
+        if (size_q40 >= LAW_HOLDS_Q40) {
+            *sd_q24 = dqw_q31_sat(dqw_q_size64(dqw_q_floor64(more_q40, 16)));
+            return 0;
+        }
+        const int64_t beyond_q40 = dqw_q_product64(size_q40, part_q40, -41);
+        const int64_t slope_q24 = dqw_q_size64(dqw_q_product64(turned_q24, size_q40, -39));
         *sd_q24 = dqw_q31_sat(dqw_q_product64(slope_q24, angle_sd_q40 + beyond_q40, -40));
-        return dqw_q_floor64(turned_q24 * part_q30, 14);
+        return more_q40;
     }
     return 0;
 }
@@ -377,6 +379,15 @@ int dqw_estimator_read_effect_q15(const dqw_estimator_q15 *e, int index, int64_t
         sd_q40[i] = dead_time ? dqw_q_quotient64(sd, DQW_DEAD_TIME_Q15_PARTS, 0)
                               : dqw_effect_restored_q40(&e->effect, index, i, sd);
         if (sd_q24 == INT32_MAX) sd_q40[i] = INT64_MAX;
+    }
+    // The law is of a small angle: what is learned lies between its sine and its tangent. (E184)
+    if (list[index].effect == DQW_EFFECT_ANGLE_OFFSET && sd_q40[0] != INT64_MAX) {
+        const int64_t w_q40 = dqw_q_size64(weights_q40[0]);
+        const int64_t third_q40 = dqw_q_quotient64(dqw_q_product64(dqw_q_product64(w_q40, w_q40, -40), w_q40, -40), 3,
+                                                   0);
+        sd_q40[0] = (int64_t)dqw_q_length32(dqw_q31_sat(dqw_q_floor64(sd_q40[0], 16)),
+                                            dqw_q31_sat(dqw_q_floor64(third_q40, 16))) *
+                    65536;
     }
     return (int)dqw_effect_known_q15(weights_q40, sd_q40, n);
 }

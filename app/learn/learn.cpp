@@ -61,6 +61,24 @@ void allow_for_width(std::vector<Estimate>& learned, const std::vector<Estimate>
     }
 }
 
+/// R and the voltage go with the width: where a width next to it teaches neither, or rows at standstill leave the same
+/// with each, nobody knows them.
+void unless_told_either_side(const Learned& half, const Learned& twice, Learned& here, bool standstill)
+{
+    const auto lacks = [](const Learned& l) { return find_estimate(l.result.parameters, "R_ohm") == nullptr; };
+    if (!standstill && !lacks(half) && !lacks(twice)) return;
+    const char* why = "it goes with the width of the dead time, which nobody said and this log does not tell";
+    const char* help = "the width, by --config of a trace; or fit --effect dead_time";
+    auto& known = here.result.parameters;
+    const auto is_R = [](const Estimate& e) { return e.name == "R_ohm"; };
+    if (std::any_of(known.begin(), known.end(), is_R)) here.result.not_identifiable.push_back({"R_ohm", why, help});
+    known.erase(std::remove_if(known.begin(), known.end(), is_R), known.end());
+    const auto is_it = [](const TraceEffect& e) { return e.name == "dead_time"; };
+    if (std::any_of(here.effects.begin(), here.effects.end(), is_it))
+        here.result.not_identifiable.push_back({"dead_time", why, help});
+    here.effects.erase(std::remove_if(here.effects.begin(), here.effects.end(), is_it), here.effects.end());
+}
+
 /// Dead time whose width nobody gave: of widths an octave apart the one that leaves least, from the usual one on.
 Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
 {
@@ -87,6 +105,7 @@ Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
             break;
         }
     }
+    unless_told_either_side(half, twice, here, logs.front().regime == Regime::standstill);
     allow_for_width(here.result.parameters, half.result.parameters, twice.result.parameters);
     for (TraceEffect& e : here.effects)
         for (std::size_t k = 0; k < half.effects.size() && k < twice.effects.size(); ++k)

@@ -556,9 +556,14 @@ private:
     {
         if (log_.regime != Regime::standstill || !has_[col_w_m] || !has_[col_t]) return;
         const double poles = given_.pole_pairs.value_or(1.0);
-        double turned_rad = 0.0;
+        // Of a second each: a sensor's offset and noise turn nothing, and rows far apart tell no angle.
+        constexpr double kLongest_s = 0.02, kSecond_s = 1.0;
+        double turned_rad = 0.0, from_s = 0.0;
         for (std::size_t k = 1; k < std::min(log_.t_s.size(), log_.w_m_rad_s.size()); ++k) {
-            turned_rad += poles * log_.w_m_rad_s[k] * (log_.t_s[k] - log_.t_s[k - 1]);
+            const double dt_s = log_.t_s[k] - log_.t_s[k - 1];
+            if (dt_s > kLongest_s || log_.t_s[k] - from_s > kSecond_s) turned_rad = 0.0, from_s = log_.t_s[k];
+            if (dt_s > kLongest_s) continue;
+            turned_rad += poles * log_.w_m_rad_s[k] * dt_s;
             if (std::abs(turned_rad) > 1.0)
                 throw InputError(path_, line_of_row(k),
                                  "a standstill log, and by now w_m_rad_s has turned it by an electrical radian; drop "
@@ -569,11 +574,11 @@ private:
     /// A row or two far beyond all others are a channel's, not a motor's: one of 40 000 spoils every fit.
     void drop_spikes()
     {
-        if (!timed()) return;
+        // What watches rows from a pipe has a gate of its own.
+        if (log_.regime != Regime::dynamic || window_s_ < HUGE_VAL) return;
         std::vector<std::size_t> rows;
-        for (const Column c : {col_v_d, col_v_q, col_i_d, col_i_q, col_w_m, col_torque})
-            if (has_[c])
-                for (const std::size_t k : spikes_of(values(c))) rows.push_back(k);
+        for (const Column c : {col_i_d, col_i_q, col_w_m})
+            for (const std::size_t k : spikes_of(values(c), {&log_.v_d_V, &log_.v_q_V})) rows.push_back(k);
         std::sort(rows.begin(), rows.end());
         rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
         for (const std::size_t k : rows)

@@ -49,10 +49,27 @@ std::size_t field_asked(const Import& in, const std::string& name, const std::st
         fmt::format("{} has no column {}, but {}", in.head.path, shown(name), list(shown_all(in.head.fields))));
 }
 
+/// What a log may lack: a machine file for several logs may name it.
+bool may_lack(Column column)
+{
+    switch (column) {
+    case col_t:
+    case col_v_d:
+    case col_v_q:
+    case col_i_d:
+    case col_i_q:
+    case col_w_m: return false;
+    default: return true;
+    }
+}
+
 void take_named(Import& in, Column column, const ColumnSource& source, const std::string& machine_path)
 {
     in.columns[column].reset();
     if (source.value) return in.take_si(column, constant(*source.value));
+    if (may_lack(column) && field_named(in.head, source.name) == none)
+        return in.notes.push_back(fmt::format("{}:{}: no column {}: {} is left out", machine_path, source.line,
+                                              shown(source.name), columns[column].name));
     const std::size_t f = field_asked(in, source.name, machine_path, source.line);
     Expression x = linear(in, f, source);
     if (!source.times.empty()) {
@@ -120,26 +137,40 @@ std::string stem_of(const ColumnInfo& column)
     return name.substr(0, slow == name.npos ? name.rfind('_') : slow);
 }
 
-/// Columns that have dqwatch's names but for the unit: read in theirs. One without a unit is refused, since a log that
-/// seems to lack it would be taken for another kind.
+/// Columns that have dqwatch's names but for the unit: read in theirs. One without a unit that every log of its kind
+/// needs is refused: without it the log would be taken for another kind.
 void take_other_units(Import& in, const MachineFile& machine)
 {
     for (const ColumnInfo& column : columns) {
         if (in.columns[column.id] || machine.sources[column.id].line) continue;
+        if (column.id == col_t && in.given.period_s) continue;
         const std::string stem = stem_of(column);
-        for (std::size_t f = 0; f < in.head.fields.size() && !in.columns[column.id]; ++f) {
+        std::vector<std::size_t> found;
+        std::string unit;
+        for (std::size_t f = 0; f < in.head.fields.size(); ++f) {
             const std::string& field = in.head.fields[f];
-            if (field == stem && !maps_columns(machine))
+            const std::string below = f < in.head.units.size() ? in.head.units[f] : "";
+            const std::string says = field == stem                     ? below
+                                     : field.rfind(stem + "_", 0) == 0 ? field.substr(stem.size() + 1)
+                                                                       : "";
+            if (field == stem && says.empty() && !may_lack(column.id) && !maps_columns(machine))
                 throw InputError(
                     in.head.path, in.head.line,
                     fmt::format("column {} says no unit: name it {}, or say under [columns] of the machine "
                                 "file {} = \"{}\"",
                                 shown(field), column.name, column.name, stem));
-            const std::string unit = field.rfind(stem + "_", 0) == 0 ? field.substr(stem.size() + 1) : "";
-            if (unit.empty() || !is_unit(column.id, unit)) continue;
-            in.take(column.id, f, unit);
-            in.notes.push_back(fmt::format("{} is read from {}", column.name, shown(field)));
+            if (says.empty() || !is_unit(column.id, says)) continue;
+            found.push_back(f), unit = says;
         }
+        if (found.size() > 1)
+            throw InputError(in.head.path, in.head.line,
+                             fmt::format("{} and {} both stand for {}; name one of them otherwise",
+                                         shown(in.head.fields[found[0]]), shown(in.head.fields[found[1]]),
+                                         column.name));
+        if (found.empty()) continue;
+        in.take(column.id, found.front(), unit);
+        in.notes.push_back(
+            fmt::format("{} is read from {}, in {}", column.name, shown(in.head.fields[found.front()]), unit));
     }
 }
 

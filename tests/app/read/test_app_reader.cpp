@@ -1,6 +1,7 @@
 // From a CSV file to a log in memory: columns, regimes, gaps, intervals, notes.
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "app/base/columns.hpp"
 #include "app/read/log_reader.hpp"
@@ -91,16 +92,25 @@ static void dqwatchs_names_may_have_other_units(void)
     TEST_ASSERT_EQUAL_DOUBLE(
         7, read("i_d_mA,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n9,1,2,7,4,5\n9,1,2,7,4,5\n9,1,2,7,4,6\n").i_d_A[0]);
     expect_refused("v_d_V,v_q_V,i_d,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1, "column \"i_d\" says no unit: name it i_d_A");
+    expect_refused("v_d_V,v_q_V,i_d_mA,i_d_mA,i_q_A,w_m_rad_s\n1,2,3,4,5,6\n", "", 1, "both stand for i_d_A");
+    // What a log may lack refuses none, and a line of units says what a name does not.
+    TEST_ASSERT_EQUAL_size_t(3,
+                             read("v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,torque\n1,2,7,4,5,1\n1,2,7,4,5,1\n1,2,7,4,6,1\n",
+                                  "[columns]\ntemp_winding_C = \"none\"\n")
+                                 .rows());
+    TEST_ASSERT_TRUE(noted("no column \"none\": temp_winding_C is left out"));
+    TEST_ASSERT_EQUAL_DOUBLE(
+        0.007, read("v_d,v_q,i_d,i_q,w_m_rad_s\nV,V,mA,A,rad/s\n1,2,7,4,5\n1,2,7,4,5\n1,2,7,4,6\n").i_d_A[0]);
 }
 
-/// One row of these has a current of 5000, two others a voltage of -900: no motor's.
+/// One row of these has a current of 5000, two others a speed of -900: no motor's.
 static void rows_that_no_motor_has_are_left_out(void)
 {
     std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
     for (int k = 0; k < 3000; ++k)
-        text += std::to_string(1e-4 * k) + "," + (k == 700 || k == 701 ? "-900" : std::to_string(k % 11)) + ",5," +
+        text += std::to_string(1e-4 * k) + "," + std::to_string(k % 11) + ",5," +
                 (k == 400 ? "5000" : std::to_string(k % 7)) + "," + std::to_string(k % 5) + "," +
-                std::to_string(10 + k % 3) + "\n";
+                (k == 700 || k == 701 ? "-900" : std::to_string(10 + k % 3)) + "\n";
     const auto log = read(text);
     TEST_ASSERT_EQUAL_size_t(2997, log.rows());
     TEST_ASSERT_TRUE(noted("3 rows left out, the first at line 402: ten times beyond"));
@@ -109,7 +119,27 @@ static void rows_that_no_motor_has_are_left_out(void)
     TEST_ASSERT_EQUAL_size_t(699, log.segments[2]);
     TEST_ASSERT_TRUE(noted("the first before line 403"));
     TEST_ASSERT_EQUAL_DOUBLE(6, *std::max_element(log.i_d_A.begin(), log.i_d_A.end()));
-    TEST_ASSERT_EQUAL_DOUBLE(0, *std::min_element(log.v_d_V.begin(), log.v_d_V.end()));
+    TEST_ASSERT_EQUAL_DOUBLE(10, *std::min_element(log.w_m_rad_s.begin(), log.w_m_rad_s.end()));
+}
+
+/// Pulses of one row that measure an inductance: a voltage is behind each current.
+static void currents_that_a_voltage_makes_stay(void)
+{
+    std::string text = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+    for (int k = 0; k < 20000; ++k) {
+        const bool up = k % 2000 == 1000, down = k % 2000 == 1001;
+        text += std::to_string(5e-5 * k) + "," +
+                (up      ? "6"
+                 : down  ? "-6"
+                 : k % 2 ? "0.02"
+                         : "-0.02") +
+                ",0.01," +
+                (down    ? "3"
+                 : k % 3 ? "0.01"
+                         : "-0.01") +
+                ",0.01," + std::to_string(0.01 * (k % 3)) + "\n";
+    }
+    TEST_ASSERT_EQUAL_size_t(20000, read(text).rows());
 }
 
 /// A pulse of ten rows is what a motor may do, however far beyond the others.
@@ -129,6 +159,14 @@ static void a_standstill_log_stands_still(void)
     // 5 pole pairs at 50 rad/s: a radian within four steps
     expect_refused(text, "[log]\nregime = \"standstill\"\n[machine]\npole_pairs = 5\n", 7, "an electrical radian");
     TEST_ASSERT_EQUAL_size_t(100, read(text).rows());
+    // Rows seconds apart, and the offset of a sensor over a minute, are no motion.
+    for (const auto& [step_s, w] : {std::pair{1.0, 0.1}, std::pair{0.01, 0.005}}) {
+        std::string still = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n";
+        for (int k = 0; k < 6000; ++k)
+            still += std::to_string(step_s * k) + "," + std::to_string(k % 3) + ",5,1,2," + std::to_string(w) + "\n";
+        TEST_ASSERT_EQUAL_size_t(6000,
+                                 read(still, "[log]\nregime = \"standstill\"\n[machine]\npole_pairs = 5\n").rows());
+    }
 }
 
 static void one_field_may_serve_two_columns(void)
@@ -275,6 +313,7 @@ int main(void)
     RUN_TEST(a_field_that_the_machine_file_names_must_be_there);
     RUN_TEST(dqwatchs_names_may_have_other_units);
     RUN_TEST(rows_that_no_motor_has_are_left_out);
+    RUN_TEST(currents_that_a_voltage_makes_stay);
     RUN_TEST(a_pulse_stays);
     RUN_TEST(a_standstill_log_stands_still);
     RUN_TEST(the_regime_is_found_from_the_columns);

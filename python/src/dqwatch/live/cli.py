@@ -51,7 +51,7 @@ def run(argv: Sequence[str]) -> int:
         config = read_config(Path(asked.config))
         try:
             live, captures = live_of(config, Path(asked.config).resolve().parent)
-        except ConfigError as error:
+        except (ConfigError, AttributeError, TypeError, ValueError, OSError) as error:
             raise ConfigError(f"{asked.config}: {error}") from None
         known = live.load()
         if known:

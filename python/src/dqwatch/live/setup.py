@@ -104,9 +104,12 @@ def _format(what: str, table: Mapping[str, Any], motors: Mapping[str, Motor]) ->
     motor = motors.get(str(table.get("motor", "")))
     pole_pairs = int(motor.settings.machine.get("pole_pairs", 1)) if motor else 1
     try:
-        made = format_of(str(table.get("format", "json")), pole_pairs, table.get("columns", {}))
+        columns = _table(f"{what}: columns", table.get("columns", {}))
+        made = format_of(str(table.get("format", "json")), pole_pairs, columns)
     except ValueError as error:
         raise ConfigError(f"{what}: {error}") from None
+    if "fields" in table and not isinstance(table["fields"], list):
+        raise ConfigError(f"{what}: fields: expected a list of names")
     if "fields" in table:
         made.names = tuple(str(f) for f in table["fields"])
     return made
@@ -128,7 +131,10 @@ def _source(k: int, table: Mapping[str, Any], base: Path, motors: Mapping[str, M
     if not name and (form.kind != "json" or kind in ("can", "file")):
         raise ConfigError(f"{what}: no motor; expected whose rows these are")
     decoder = Decoder(form, name)
-    opened = _opener(kind, table, base, decoder)
+    try:
+        opened = _opener(kind, table, base, decoder)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"{what}: {error}") from None
     return Source(str(table.get("name", f"{kind} {k + 1}")), kind, opened, [decoder], motor=name)
 
 
