@@ -60,16 +60,13 @@ int list_keys(bool json)
     return exit_done;
 }
 
-/// Of two values for one key nobody knows which was meant.
+/// An option and a --set that name one key: nobody knows which was meant. Of one key's --sets the last counts.
 void refuse_twice(const Options& options)
 {
-    std::vector<std::string> keys;
-    if (options.seed) keys.emplace_back("seed");
-    if (options.pole_pairs) keys.emplace_back("machine.pole_pairs");
     for (const std::string& setting : options.settings) {
-        keys.push_back(setting.substr(0, setting.find('=')));
-        if (std::count(keys.begin(), keys.end(), keys.back()) > 1)
-            throw UsageError(fmt::format("--set {}: it is said twice", shown(keys.back())));
+        const std::string key = setting.substr(0, setting.find('='));
+        if ((options.seed && key == "seed") || (options.pole_pairs && key == "machine.pole_pairs"))
+            throw UsageError(fmt::format("--set {}: an option said it before", shown(key)));
     }
 }
 
