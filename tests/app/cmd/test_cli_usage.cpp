@@ -160,8 +160,8 @@ static void an_option_and_a_set_of_one_key_are_refused(void)
         args.insert(args.begin(), {"sim", "paper_step", "--out", folder / ""});
         expect_complaint(command::dqwatch(args), 2, "an option said it before");
     }
-    TEST_ASSERT_EQUAL_INT(0, command::dqwatch({"sim", "paper_step", "--out", folder / "", "--set", "noise=-1", "--set",
-                                               "noise=0"}).code);
+    TEST_ASSERT_EQUAL_INT(
+        0, command::dqwatch({"sim", "paper_step", "--out", folder / "", "--set", "noise=-1", "--set", "noise=0"}).code);
 }
 
 static void what_cannot_be_written_is_exit_code_1(void)
