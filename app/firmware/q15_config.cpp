@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/base/effect_names.hpp"
+#include "app/base/modulation.hpp"
 #include "app/firmware/model_config.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/q15.hpp"
@@ -205,6 +206,10 @@ std::string q15_config_text(const std::vector<Log>& logs, const std::vector<Esti
     if (c.half_window != 0) values += fmt::format(", .half_window = {}u", c.half_window);
     if (std::any_of(inputs.begin(), inputs.end(), [](const TraceInput& in) { return needs_angle(in.effect); }))
         values += ", .angle = true";
+    for (const TraceInput& in : inputs)
+        if (const auto named = modulation_named(in.modulation); named && *named != DQW_MODULATION_CENTRED)
+            values += fmt::format(", .modulation = {}", kModulations[*named]);
+    if (c.observed) values += ", .observed = true";
     out += fmt::format("// Initialisers; others may follow them. For the monitor rather take dqw_q15_monitor.h, which "
                        "`dqwatch monitor --arith q15` "
                        "writes.\n#define DQW_Q15_ESTIMATOR \\\n    {}{}\n",

@@ -64,6 +64,7 @@ Estimated estimate_by_learners(const std::vector<Log>& logs, const Options& opti
     add_flux_map(with_map, logs);
     LearnOptions how = learn_options(options, with_map, options.fixed_point());
     how.progress = progress.callback();
+    how.allow_for_hidden_loss = true;
     Learned found = learn_all(logs, how);
     note_flux_map(logs, found.result);
     const bool header = how.fixed_point && found.result.regime != Regime::mechanical;

@@ -419,6 +419,12 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
 
 }  // namespace
 
+dqw_modulation modulation_of_run(const std::vector<Log>& logs, const LearnOptions& options,
+                                 const std::vector<TraceInput>& inputs, double pole_pairs)
+{
+    return Run(logs, options, inputs, pole_pairs, nullptr).config().modulation;
+}
+
 Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options)
 {
     return learn_in_passes(logs, options, pass);

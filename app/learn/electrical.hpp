@@ -5,8 +5,13 @@
 #include <vector>
 
 #include "app/learn/learn.hpp"
+#include "dqw_modulation_name.h"
 
 namespace dqw {
+
+/// Which legs switch, as a run over these logs has it: said, or found.
+dqw_modulation modulation_of_run(const std::vector<Log>& logs, const LearnOptions& options,
+                                 const std::vector<TraceInput>& inputs, double pole_pairs);
 
 Learned learn_electrical(const std::vector<Log>& logs, const LearnOptions& options);
 

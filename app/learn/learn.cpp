@@ -118,6 +118,62 @@ Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
     return here;
 }
 
+/// Whether the logs are such that learners can tell a dead time, and nobody asked for it.
+bool may_hide_a_loss(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs)
+{
+    const auto lacks_angle = [](const Log& log) { return log.theta_e_rad.empty() && log.theta_m_rad.empty(); };
+    return logs.front().regime == Regime::dynamic && place_of_dead_time(inputs) == inputs.size() &&
+           std::none_of(logs.begin(), logs.end(), lacks_angle);
+}
+
+/// Of a dead time, V; 0: it is not told.
+double told_loss_V(const Learned& learned)
+{
+    constexpr double kTold = 3.0;  // deviations
+    for (const TraceEffect& effect : learned.effects)
+        if (const Estimate* e = effect.name == "dead_time" ? find_estimate(effect.parameters, "voltage_V") : nullptr)
+            return std::abs(e->value) > kTold * e->sd ? e->value : 0.0;
+    return 0.0;
+}
+
+/// What the model lacks and an angle shows, a dead time first of all, moves the values alike in all blocks, so that their
+/// scatter does not tell. By how much stands in the deviations: of all values where that dead time is told, else of the
+/// ones that differ by more than the wider model's deviation allows two consistent estimates to. (E185)
+void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, Learned& learned)
+{
+    constexpr double kBeyond = 3.0;  // deviations
+    options.inputs.push_back({"dead_time", {}, {}});
+    options.progress = {}, options.block = {};
+    const Learned with = over_widths(logs, options);
+    const double loss_V = told_loss_V(with);
+    auto& known = learned.result.parameters;
+    std::vector<std::string> moved;
+    for (Estimate& e : known) {
+        const Estimate* other = e.given ? nullptr : find_estimate(with.result.parameters, e.name);
+        if (other == nullptr) continue;
+        const double by = other->value - e.value;
+        const bool beyond = std::abs(by) > kBeyond * other->sd;
+        if (beyond) moved.push_back(e.name);
+        if (beyond || loss_V != 0.0) e.sd = std::hypot(e.sd, by);
+    }
+    if (loss_V == 0.0 && moved.empty()) return;
+    const auto hangs_on_it = [&](const Estimate& e) {
+        return loss_V != 0.0 && !e.given && !find_estimate(with.result.parameters, e.name);
+    };
+    for (const Estimate& e : known)
+        if (hangs_on_it(e))
+            learned.result.not_identifiable.push_back(
+                {e.name, fmt::format("a dead time of {:.2g} V that the log shows may stand in its place", loss_V),
+                 "--effect dead_time, and a log with several currents and speeds"});
+    known.erase(std::remove_if(known.begin(), known.end(), hangs_on_it), known.end());
+    const std::string what = loss_V != 0.0
+                                 ? fmt::format("a dead time of {:.2g} V would explain part of what this model leaves",
+                                               loss_V)
+                                 : fmt::format("with a dead time and the angle {} is another", fmt::join(moved, ", "));
+    learned.result.notes.push_back(what + "; by how much it moves the values is in their deviations; "
+                                          "--effect dead_time learns it");
+}
+
 /// A flux map is the machine's where its bend counts once.
 void note_weights(Learned& learned)
 {
@@ -144,6 +200,8 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     const std::size_t dead_time = place_of_dead_time(those.inputs);
     const bool any_width = dead_time < those.inputs.size() && those.inputs[dead_time].shape.empty();
     Learned learned = any_width ? over_widths(logs, those) : learn_those(logs, those);
+    if (options.allow_for_hidden_loss && may_hide_a_loss(logs, those.inputs))
+        allow_for_hidden_loss(logs, those, learned);
     note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;

@@ -24,6 +24,8 @@ struct LearnOptions {
     const std::vector<char>* heldout_row = nullptr;  ///< one for each row of all logs: 1 where nothing may be learned
     std::function<void(double)> progress = {};       ///< called with 0..1 now and then
     bool fixed_point = false;                        ///< port_q15/ in place of lib/
+    /// A dead time that nobody asked for and the logs show: what it makes of the values is in their deviations.
+    bool allow_for_hidden_loss = false;
     /// Called after each block with its time and R, L_d, L_q, psi as they are then; of a mechanical log J and B.
     std::function<void(double, const std::array<double, 4>&)> block = {};
 };

@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "app/base/effect_names.hpp"
+#include "app/base/modulation.hpp"
+#include "app/learn/electrical.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
 #include "app/learn/signals.hpp"
@@ -67,6 +69,7 @@ dqw_estimator_q15_config config_of(const std::vector<Log>& logs, const LearnOpti
     c.Lq_nH = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::Lq_H)));
     c.psi_nWb = whole(1e9 * static_cast<double>(nominal(first.machine, options.start, &Machine::psi_Wb)));
     c.excitation_q15 = static_cast<std::uint16_t>(std::lround(32768.0 * kExcitation_pu));
+    c.observed = first.observed;
     c.voltage_error_mV = whole(1e3 * first.voltage_error_V);
     c.voltage_scale_ppm = whole(1e6 * first.voltage_scale);
     c.noise_on_inputs = !is_static && all_rows(logs) > kShort;
@@ -166,6 +169,7 @@ public:
                 in, full_, weight_unit, config_.settled ? static_cast<double>(period_of(logs.front(), inputs)) : 0.0));
             effect_units_.push_back(effect_unit(list_.back().effect, full_) * weight_unit);
         }
+        if (any_dead_time()) config_.modulation = modulation_of_run(logs, options, inputs, pole_pairs);
         config_.effects = list_.data();
         config_.effect_count = static_cast<std::uint8_t>(list_.size());
     }
@@ -205,12 +209,29 @@ public:
             std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
             const int known = dqw_estimator_read_effect_q15(&e_, static_cast<int>(n), w, sd);
             of_inputs.push_back(input_read(inputs_[n], known, w, sd, effect_units_[n]));
+            if (inputs_[n].effect == "dead_time") put_legs(of_inputs.back());
         }
         put_effects(of_inputs, learned);
         return learned;
     }
 
 private:
+    bool any_dead_time() const
+    {
+        return std::any_of(inputs_.begin(), inputs_.end(),
+                           [](const TraceInput& in) { return in.effect == "dead_time"; });
+    }
+
+    /// Which legs switch, and what those lose whichever way their current flows.
+    void put_legs(InputRead& dead_time) const
+    {
+        dead_time.input.modulation = modulation_text(config_.modulation);
+        if (config_.modulation == DQW_MODULATION_CENTRED) return;
+        const Read constant = read(e_, DQW_DEAD_CONSTANT);
+        dead_time.input.weights.push_back(constant.value);
+        dead_time.sd.push_back(constant.sd);
+    }
+
     enum class RunKind : std::uint8_t { first, follows, measures };
 
     void begin(const dqw_estimator_q15* before)

@@ -297,9 +297,32 @@ static void legs_that_rest_are_carried()
     TEST_ASSERT_EQUAL_UINT8(5, x.resting);
 }
 
+/// What `learn` was told of the legs and of the angle stands in its header, and how it learned.
+static void legs_and_observer_of_a_learned_log()
+{
+    const Folder folder;
+    const auto sim = command::dqwatch(
+        {"sim", "drive_clamped_joint", "--set", "duration_s=1", "--seed", "60493", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const auto run = command::dqwatch({"learn", folder / "drive_clamped_joint.csv", "--arith", "q15", "--effect",
+                                       "dead_time", "--json", "--out", folder / ""});
+    const std::string header = command::read_file(folder / "dqw_q15_config.h");
+    TEST_ASSERT_TRUE_MESSAGE(header.find(".angle = true, .modulation = DQW_MODULATION_CLAMPED_LOW\n") !=
+                                 std::string::npos,
+                             (run.err + header).c_str());
+    const auto seen = command::dqwatch({"sim", "drive_observer_joint", "--set", "duration_s=1", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, seen.code, seen.err.c_str());
+    (void)command::dqwatch({"learn", folder / "drive_observer_joint.csv", "--arith", "q15", "--out", folder / ""});
+    const std::string other = command::read_file(folder / "dqw_q15_config.h");
+    TEST_ASSERT_TRUE_MESSAGE(other.find(", .observed = true") != std::string::npos &&
+                                 other.find("modulation") == std::string::npos,
+                             other.c_str());
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(legs_and_observer_of_a_learned_log);
     RUN_TEST(a_dynamic_log);
     RUN_TEST(settled_rows);
     RUN_TEST(effects_that_were_asked_for);

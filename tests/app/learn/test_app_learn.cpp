@@ -375,6 +375,57 @@ void a_width_that_nobody_gave_is_sought()
     TEST_ASSERT_TRUE_MESSAGE(sum2 / n > 0.01 && sum2 / n < 4, std::to_string(sum2 / n).c_str());
 }
 
+void a_loss_that_nobody_asked_for_is_in_the_deviations()
+{
+    dqw::LearnOptions plain, allows;
+    allows.allow_for_hidden_loss = true;
+    for (const bool fixed_point : {false, true}) {
+        plain.fixed_point = allows.fixed_point = fixed_point;
+        const auto log = simulated("effect_dead_time", {"seed=60491"});
+        const Result blind = dqw::learn({log}, plain), seen = dqw::learn({log}, allows);
+        const auto *was = find(blind, "R_ohm"), *R = find(seen, "R_ohm");
+        TEST_ASSERT_TRUE(was != nullptr && R != nullptr);
+        const double off = R->value - *log.machine.R_ohm;
+        TEST_ASSERT_TRUE(R->value == was->value && std::abs(off) > 10 * was->sd);
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) < 2 * R->sd && R->sd < 2 * std::abs(off),
+                                 (std::to_string(off) + " +- " + std::to_string(R->sd)).c_str());
+        TEST_ASSERT_TRUE(seen.notes.back().find("would explain part of what this model leaves") != std::string::npos);
+    }
+    // Where none shows, deviations are as they were.
+    plain.fixed_point = allows.fixed_point = false;
+    const auto log = simulated("servo", {"seed=60491"});
+    const Result blind = dqw::learn({log}, plain), seen = dqw::learn({log}, allows);
+    for (const char* name : {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"})
+        TEST_ASSERT_TRUE(find(blind, name)->sd > 0 && find(blind, name)->sd == find(seen, name)->sd);
+    TEST_ASSERT_TRUE(blind.notes == seen.notes);
+}
+
+/// Both arithmetics learn the same of legs that rest, and of an angle that is an observer's.
+void fixed_point_knows_the_legs_and_the_observer()
+{
+    dqw::LearnOptions options[2];
+    options[1].fixed_point = true;
+    for (auto& o : options) o.inputs = {{"dead_time", {}, {}}};
+    const auto rests = simulated("drive_clamped_joint", {"seed=60492"});
+    const dqw::Learned as_float = dqw::learn_all({rests}, options[0]), fixed = dqw::learn_all({rests}, options[1]);
+    TEST_ASSERT_EQUAL_STRING("clamped_low", as_float.inputs[0].modulation.c_str());
+    TEST_ASSERT_EQUAL_STRING("clamped_low", fixed.inputs[0].modulation.c_str());
+    for (const char* name : {"R_ohm", "Lq_H", "psi_Wb"}) {
+        const auto *a = find(as_float.result, name), *b = find(fixed.result, name);
+        TEST_ASSERT_TRUE_MESSAGE(a != nullptr && b != nullptr, name);
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(a->value - b->value) < a->sd && b->sd < 2 * a->sd && a->sd < 2 * b->sd,
+                                 (std::string(name) + ": " + std::to_string(a->value) + " +- " + std::to_string(a->sd) +
+                                  ", " + std::to_string(b->value) + " +- " + std::to_string(b->sd))
+                                     .c_str());
+    }
+    const auto seen = simulated("drive_observer_joint", {"seed=60492"});
+    TEST_ASSERT_TRUE(seen.observed);
+    for (const auto& o : options) {
+        const Result r = dqw::learn({seen}, o);
+        TEST_ASSERT_TRUE(find(r, "Lq_H") == nullptr && denied(r, "Lq_H"));
+    }
+}
+
 /// Settled rows 2 s apart in closed form: a voltage that comes late turns with the speed, a winding that heats by its
 /// current's square.
 dqw::Log settled(double delay_s, double per_A2, double tau_s)
@@ -573,6 +624,8 @@ int main(void)
     RUN_TEST(refuses_what_does_not_belong_together);
     RUN_TEST(effects_by_name_on_simulated_logs);
     RUN_TEST(a_width_that_nobody_gave_is_sought);
+    RUN_TEST(a_loss_that_nobody_asked_for_is_in_the_deviations);
+    RUN_TEST(fixed_point_knows_the_legs_and_the_observer);
     RUN_TEST(what_an_angle_turned_is_read_in_the_machines_own_frame);
     RUN_TEST(a_settled_delay_is_in_seconds_whatever_heats);
     RUN_TEST(effects_of_the_shaft);
