@@ -141,9 +141,10 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b);
 /// Source   (E107) in docs/EQUATIONS.md
 /// Shape    advance[2]: cosine and sine of the electrical angle's advance over the half, 0 and 0 where there is none
 /// Units    w_m_rad_s: mean speed over the half
+/// Returns  false: the speed is late, and nobody knows by how much it changed; the block teaches what is not so
 /// Context  background
 #define dqw_estimator_keep_pace DQW_SIZED(dqw_estimator_keep_pace)
-void dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s);
+bool dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s);
 
 /// Turn a block that was taken into the magnet's frame, as far as that is known. Without effect where effects are
 /// learned: their laws saw the currents as they came.

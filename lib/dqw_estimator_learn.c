@@ -251,7 +251,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     if (event != DQW_EVENT_BLOCK) return false;
     e->elapsed = h.number - e->number;
     e->number = h.number;
-    dqw_estimator_keep_pace(e, b, advance, w_m);
+    if (!dqw_estimator_keep_pace(e, b, advance, w_m)) return false;
     dqw_estimator_turn_block(e, b);
     return true;
 }

@@ -49,41 +49,43 @@ static float lag_s_of(const dqw_estimator *e)
     return lag_s > LAG_LEAST * (float)e->window.half * e->config->dt_s ? lag_s : 0.0f;
 }
 
-void dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s)
+bool dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const float advance[2], float w_m_rad_s)
 {
     const float half_s = (float)e->window.half * e->config->dt_s;
     float *before = e->w_before_rad_s;
     const float faster = w_m_rad_s - before[0];
     const float earlier = before[1] - before[2];
-    e->paced = e->elapsed == 1 && b->whole ? (e->paced < 3 ? (uint8_t)(e->paced + 1) : e->paced) : 0;
+    const bool adjoins = e->elapsed == 1;
+    e->paced = adjoins && b->whole ? (e->paced < 3 ? (uint8_t)(e->paced + 1) : e->paced) : 0;
     before[2] = before[1];
     before[1] = before[0];
     before[0] = w_m_rad_s;
     // Without an angle there is no advance.
     const bool known = advance[0] * advance[0] + advance[1] * advance[1] > 0.5f;
-    if (e->paced < 3 || !known || e->pole_pairs == 0 || e->config->settled) return;
-
-    // [TUR.1] by how much the angle is ahead of the speed; judged by the change two halves before, whose noise is
-    // another
-    const float p = (float)e->pole_pairs;
-    float c;
-    float n;
-    dqw_cosine_sine(p * w_m_rad_s * half_s, &c, &n);
-    if (advance[0] * c + advance[1] * n > AHEAD_COSINE) {
-        const float ahead = (advance[1] * c - advance[0] * n) / p;
-        const float rest = ahead - lag_s_of(e) * faster;
-        e->lag_num += (ahead * earlier - e->lag_num) * (1.0f / (float)LAG_BLOCKS);
-        e->lag_den += (faster * earlier - e->lag_den) * (1.0f / (float)LAG_BLOCKS);
-        e->lag_rest += (rest * rest - e->lag_rest) * (1.0f / (float)LAG_BLOCKS);
-        e->lag_by += (earlier * earlier - e->lag_by) * (1.0f / (float)LAG_BLOCKS);
+    if (e->paced == 3 && known && e->pole_pairs != 0 && !e->config->settled) {
+        // [TUR.1] by how much the angle is ahead of the speed; judged by the change two halves before, whose noise is
+        // another
+        const float p = (float)e->pole_pairs;
+        float c;
+        float n;
+        dqw_cosine_sine(p * w_m_rad_s * half_s, &c, &n);
+        if (advance[0] * c + advance[1] * n > AHEAD_COSINE) {
+            const float ahead = (advance[1] * c - advance[0] * n) / p;
+            const float rest = ahead - lag_s_of(e) * faster;
+            e->lag_num += (ahead * earlier - e->lag_num) * (1.0f / (float)LAG_BLOCKS);
+            e->lag_den += (faster * earlier - e->lag_den) * (1.0f / (float)LAG_BLOCKS);
+            e->lag_rest += (rest * rest - e->lag_rest) * (1.0f / (float)LAG_BLOCKS);
+            e->lag_by += (earlier * earlier - e->lag_by) * (1.0f / (float)LAG_BLOCKS);
+        }
     }
 
-    // [TUR.2] the block's speeds as of so much later
+    // [TUR.2] the block's speeds as of so much later; behind a gap nobody knows how they change
     const float more = lag_s_of(e) * faster / half_s;
-    if (more == 0.0f) return;
+    if (more == 0.0f) return true;
     b->sum[8] += 2.0f * more;
     b->sum[6] += more * b->sum[2];
     b->sum[7] += more * b->sum[3];
+    return adjoins;
 }
 
 void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)

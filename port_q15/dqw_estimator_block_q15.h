@@ -76,10 +76,11 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b);
 /// Shape    advance_q30[2]: cosine and sine of the electrical angle's advance over the half, 0 and 0 where there is
 ///          none
 /// Format   w_sum_q15: sum of the half's speeds, of two samples each, below 2^24; |advance| up to 1.11
+/// Returns  false: the speed is late, and nobody knows by how much it changed; the block teaches what is not so
 /// Cost     40 products of 32 by 32 bits, 3 divisions of 32
 /// Context  background
 #define dqw_estimator_keep_pace_q15 DQW_SIZED(dqw_estimator_keep_pace_q15)
-void dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b, const int64_t advance_q30[2],
+bool dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b, const int64_t advance_q30[2],
                                  int32_t w_sum_q15);
 
 /// Turn a block that was taken into the magnet's frame, as far as that is known. Without effect where effects are

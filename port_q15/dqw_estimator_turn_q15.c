@@ -148,7 +148,7 @@ static void keep_lag(dqw_estimator_q15 *e, int64_t ahead_q28, int64_t faster_q28
     e->lag_halvings = (uint8_t)(n + less - more);
 }
 
-void dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b, const int64_t advance_q30[2],
+bool dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b, const int64_t advance_q30[2],
                                  int32_t w_sum_q15)
 {
     int32_t *before_q15 = e->w_before_q15;
@@ -158,35 +158,39 @@ void dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *
     before_q15[2] = before_q15[1];
     before_q15[1] = before_q15[0];
     before_q15[0] = w_sum_q15;
-    e->paced = (uint8_t)(e->elapsed != 1 || !b->whole ? 0 : e->paced < 3 ? e->paced + 1 : 3);
+    const bool adjoins = e->elapsed == 1;
+    e->paced = (uint8_t)(!adjoins || !b->whole ? 0 : e->paced < 3 ? e->paced + 1 : 3);
     // Without an angle there is no advance.
     const bool known = dqw_q_size64(advance_q30[0]) + dqw_q_size64(advance_q30[1]) > ONE_Q30 / 2;
-    if (e->paced < 3 || !known || e->pole_pairs == 0 || e->config->settled) return;
-
-    // [TUR.1] by how much the angle is ahead of the speed; judged by the change two halves before, whose noise is
-    // another
-    // The sum is one of two speeds: 2^28 by 2^24, in Q43 over 2. A direction is 1.05 at most, an advance 1.11: 2^61.2
-    const direction w = direction_of_any((int64_t)e->turn_q28 * w_sum_q15);
-    if (advance_q30[0] * w.c_q30 + advance_q30[1] * w.n_q30 > AHEAD_COSINE_Q60) {
-        const int64_t ahead_q28 = dqw_q_round64(advance_q30[1] * w.c_q30 - advance_q30[0] * w.n_q30, 32);
-        // 2^28 by 2^25
-        const int64_t faster_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * faster_q15, 16), MOST_Q28);
-        const int64_t earlier_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * earlier_q15, 16), MOST_Q28);
-        // 2^31 by 2^30
-        const int64_t rest_q28 = ahead_q28 - dqw_q_round64(lag_of(e) * faster_q28, 20);
-        keep_lag(e, ahead_q28, faster_q28, earlier_q28, dqw_q_within64(rest_q28, MOST_Q28));
+    if (e->paced == 3 && known && e->pole_pairs != 0 && !e->config->settled) {
+        // [TUR.1] by how much the angle is ahead of the speed; judged by the change two halves before, whose noise is
+        // another
+        // The sum is one of two speeds: 2^28 by 2^24, in Q43 over 2. A direction is 1.05 at most, an advance 1.11:
+        // 2^61.2
+        const direction w = direction_of_any((int64_t)e->turn_q28 * w_sum_q15);
+        if (advance_q30[0] * w.c_q30 + advance_q30[1] * w.n_q30 > AHEAD_COSINE_Q60) {
+            const int64_t ahead_q28 = dqw_q_round64(advance_q30[1] * w.c_q30 - advance_q30[0] * w.n_q30, 32);
+            // 2^28 by 2^25
+            const int64_t faster_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * faster_q15, 16), MOST_Q28);
+            const int64_t earlier_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * earlier_q15, 16),
+                                                       MOST_Q28);
+            // 2^31 by 2^30
+            const int64_t rest_q28 = ahead_q28 - dqw_q_round64(lag_of(e) * faster_q28, 20);
+            keep_lag(e, ahead_q28, faster_q28, earlier_q28, dqw_q_within64(rest_q28, MOST_Q28));
+        }
     }
 
-    // [TUR.2] the block's speeds as of so much later
+    // [TUR.2] the block's speeds as of so much later; behind a gap nobody knows how they change
     // The half's change as a mean of one speed: 2^29. By more than the full speed none is wrong.
     const int32_t change_q28 = dqw_q_quotient32(faster_q15, e->window.half, 12);
     const int64_t more_q28 = dqw_q_within64(dqw_q_times64(lag_of(e), change_q28, -20), FULL_Q28);
-    if (more_q28 == 0) return;
+    if (more_q28 == 0) return true;
     // As far as a window's sums go: 2^14 by 2^17. Products 2^42, and 2^28 by 2^31.
     const int64_t most = (int64_t)b->weight << 17;
     b->sums[8] = (int32_t)dqw_q_within64(b->sums[8] + dqw_q_round64(more_q28 * b->weight, 12), most);
     b->sums[6] = (int32_t)dqw_q_within64(b->sums[6] + dqw_q_round64(more_q28 * b->sums[2], 27), most);
     b->sums[7] = (int32_t)dqw_q_within64(b->sums[7] + dqw_q_round64(more_q28 * b->sums[3], 27), most);
+    return adjoins;
 }
 
 void dqw_estimator_turn_block_q15(const dqw_estimator_q15 *e, dqw_estimator_q15_block *b)

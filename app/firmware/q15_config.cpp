@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "app/base/effect_names.hpp"
 #include "app/base/modulation.hpp"
@@ -170,10 +171,21 @@ std::string monitor_estimator(const dqw_estimator_q15_config& t, std::size_t eff
     return out;
 }
 
+/// The bands: a build that has no room for a map's weights has no channels of theirs.
+std::string bands_text(const dqw_monitor_q15_config& c)
+{
+    std::vector<std::uint32_t> all(std::begin(c.band_ppm), std::end(c.band_ppm)), plain;
+    for (int i = 0; i < DQW_WATCH_CHANNELS; ++i)
+        if (i != DQW_WATCH_MAP_D && i != DQW_WATCH_MAP_Q) plain.push_back(all[static_cast<std::size_t>(i)]);
+    return fmt::format("#if DQW_MAP_WEIGHTS > 0\n#define DQW_Q15_MONITOR_BANDS {{{}u}}\n#else\n"
+                       "#define DQW_Q15_MONITOR_BANDS {{{}u}}\n#endif\n\n",
+                       fmt::join(all, "u, "), fmt::join(plain, "u, "));
+}
+
 /// All but its estimator.
 std::string monitor_fields(const dqw_monitor_q15_config& c)
 {
-    std::string out = fmt::format(".band_ppm = {{{}u}}", fmt::join(c.band_ppm, "u, "));
+    std::string out = ".band_ppm = DQW_Q15_MONITOR_BANDS";
     put(out, "alpha_ppm_per_K", c.alpha_ppm_per_K);
     put(out, "beta_ppm_per_K", c.beta_ppm_per_K);
     put(out, "heating_mK_s", c.heating_mK_s);
@@ -241,7 +253,7 @@ std::string q15_monitor_text(const dqw_monitor_q15_config& c, const std::string&
                        "less.\n"
                        "#ifndef DQW_Q15_MONITOR_H\n#define DQW_Q15_MONITOR_H\n\n#include \"dqw_monitor_q15.h\"\n\n",
                        harmless(log), rows.weights, list, full.v_V, full.i_A, full.w_rad_s) +
-           effects + scale_text("DQW_Q15_MONITOR_SCALE", scale) +
+           effects + scale_text("DQW_Q15_MONITOR_SCALE", scale) + bands_text(c) +
            fmt::format("#define DQW_Q15_MONITOR \\\n    .estimator = {{{}}}, \\\n    {}\n\n#endif\n",
                        monitor_estimator(c.estimator, inputs.size()), monitor_fields(c));
 }

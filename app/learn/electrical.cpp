@@ -409,6 +409,7 @@ Learned pass(const std::vector<Log>& logs, const LearnOptions& options, const st
         InputRead& r = read.back();
         const dqw_modulation modulation = run->config().modulation;
         r.input.modulation = modulation_text(modulation);
+        if (const std::string note = note_on_modulation(first, modulation); !note.empty()) result.notes.push_back(note);
         if (modulation == DQW_MODULATION_CENTRED) continue;
         r.input.weights.push_back(value(DQW_DEAD_CONSTANT));
         r.sd.push_back(static_cast<double>(dqw_estimator_sd_value(&e, DQW_DEAD_CONSTANT)));

@@ -1,5 +1,7 @@
 #include "app/learn/modulation.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 
@@ -50,13 +52,19 @@ std::optional<double> left_by(const Log& log, dqw_estimator_config config, dqw_m
 
 dqw_modulation modulation_of(const Log& log, const dqw_estimator_config& config, const std::vector<TraceInput>& inputs)
 {
-    if (const auto named = modulation_named(log.modulation)) return *named;
-    for (const TraceInput& in : inputs)
-        if (const auto found = modulation_named(in.modulation)) return *found;
+    const auto said = modulation_named(log.modulation);
+    if (!said)
+        for (const TraceInput& in : inputs)
+            if (const auto found = modulation_named(in.modulation)) return *found;
     if (!config.angle || config.settled || !(config.dead_time_width_A > 0.0F) || config.pole_pairs == 0 ||
-        !(log.dt_s > 0.0))
-        return DQW_MODULATION_CENTRED;
+        !(log.dt_s > 0.0) || said == DQW_MODULATION_CENTRED)
+        return said.value_or(DQW_MODULATION_CENTRED);
     const auto all = left_by(log, config, DQW_MODULATION_CENTRED, inputs);
+    if (said) {
+        // What switches conduct through, bipolar ones, they lose in a leg that rests as well.
+        const auto left = left_by(log, config, *said, inputs);
+        return all && left && *all < kLeads * *left ? DQW_MODULATION_CENTRED : *said;
+    }
     dqw_modulation best = DQW_MODULATION_CENTRED;
     if (!all) return best;
     double least = kLeads * *all;
@@ -68,6 +76,18 @@ dqw_modulation modulation_of(const Log& log, const dqw_estimator_config& config,
         best = m;
     }
     return best;
+}
+
+std::string note_on_modulation(const Log& log, dqw_modulation taken)
+{
+    const auto said = modulation_named(log.modulation);
+    if (said && *said != taken)
+        return fmt::format("modulation {}, as the log says, and its leg that rests loses voltage like the others, as "
+                           "where bipolar switches conduct: all are taken to lose it (modulation {})",
+                           modulation_text(*said), modulation_text(taken));
+    if (!said && taken != DQW_MODULATION_CENTRED)
+        return fmt::format("modulation {}: found, it leaves the least residual", modulation_text(taken));
+    return "";
 }
 
 }  // namespace dqw

@@ -9,6 +9,7 @@
 #include "app/base/effect_names.hpp"
 #include "app/base/modulation.hpp"
 #include "app/learn/electrical.hpp"
+#include "app/learn/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/passes.hpp"
 #include "app/learn/signals.hpp"
@@ -209,7 +210,7 @@ public:
             std::int64_t w[DQW_EFFECT_STARTS], sd[DQW_EFFECT_STARTS];
             const int known = dqw_estimator_read_effect_q15(&e_, static_cast<int>(n), w, sd);
             of_inputs.push_back(input_read(inputs_[n], known, w, sd, effect_units_[n]));
-            if (inputs_[n].effect == "dead_time") put_legs(of_inputs.back());
+            if (inputs_[n].effect == "dead_time") put_legs(of_inputs.back(), result);
         }
         put_effects(of_inputs, learned);
         return learned;
@@ -223,9 +224,11 @@ private:
     }
 
     /// Which legs switch, and what those lose whichever way their current flows.
-    void put_legs(InputRead& dead_time) const
+    void put_legs(InputRead& dead_time, Result& result) const
     {
         dead_time.input.modulation = modulation_text(config_.modulation);
+        const std::string note = note_on_modulation(logs_.front(), config_.modulation);
+        if (!note.empty()) result.notes.push_back(note);
         if (config_.modulation == DQW_MODULATION_CENTRED) return;
         const Read constant = read(e_, DQW_DEAD_CONSTANT);
         dead_time.input.weights.push_back(constant.value);

@@ -228,9 +228,7 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     std::vector<TraceInput> shown = setup.inputs;
     if (c.angle) shown.push_back({"dead_time", {}, {}});
     c.modulation = modulation_of(log, c, shown);
-    if (c.modulation != DQW_MODULATION_CENTRED && log.modulation != modulation_text(c.modulation))
-        setup.notes.push_back(
-            fmt::format("modulation {}: found, it leaves the least residual", modulation_text(c.modulation)));
+    if (const std::string note = note_on_modulation(log, c.modulation); !note.empty()) setup.notes.push_back(note);
     std::vector<std::string> names;
     for (const TraceInput& in : effects) names.push_back(in.effect);
     if (!names.empty()) setup.notes.push_back("learned as well: " + list(names));

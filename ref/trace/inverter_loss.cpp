@@ -30,12 +30,19 @@ double half_of(LossLaw law)
     }
 }
 
+/// Whether the legs' losses are another matter than their pulses: one rests, and loses as much as those that switch.
+bool loses_at_rest(const TraceSetup& setup, const Input& input)
+{
+    const std::string said = stated_modulation(*setup.logs);
+    return !said.empty() && input.modulation == Modulation::centred && modulation_named(said) != Modulation::centred;
+}
+
 Refined with_law(const TraceSetup& setup, const Model& model, const Refined& found, LossLaw law)
 {
     Point start = found.point;
     Input& input = dead_time_of(start)->input;
-    // A settled row is a mean over pulses.
-    if (law == LossLaw::edges && setup.regime != Regime::dynamic) return {};
+    // A settled row is a mean over pulses; a leg that rests has no edge.
+    if (law == LossLaw::edges && (setup.regime != Regime::dynamic || loses_at_rest(setup, input))) return {};
     input.shape[0] *= half_of(input.loss) / half_of(law);
     input.shape[2] = law == LossLaw::edges ? link_to_fit_V(*setup.logs) : 0.0;
     input.loss = law;
@@ -118,6 +125,17 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
             }
         }
         found = std::move(best);
+    }
+    const Input& loss = dead_time_of(found.point)->input;
+    if (const std::string said = stated_modulation(*setup.logs);
+        !said.empty() && modulation_named(said) != Modulation::centred && !loss.averaged &&
+        loss.law != Law::dead_given_back) {
+        const bool all = loss.modulation == Modulation::centred;
+        Refined other = with_modulation(model, found, all ? modulation_named(said) : Modulation::centred, 0.0);
+        const Refined &as_said = all ? other : found, &at_rest = all ? found : other;
+        const bool confirms = as_said.ok && at_rest.ok && leads(at_rest, as_said) &&
+                              confirmed(model, better(model, as_said.left, at_rest.left));
+        if (other.ok && confirms != all) found = std::move(other);
     }
     Refined best = found, at_edges;
     for (const LossLaw law : kLossLaws) {

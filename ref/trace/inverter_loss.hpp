@@ -15,7 +15,8 @@ std::string stated_modulation(const std::vector<Log>& logs);
 double link_to_fit_V(const std::vector<Log>& logs);
 
 /// (E114). The same point with the modulation and the law of its dead time that predict best; as it is where it has
-/// none. A modulation that no machine file says is left only for one that the rows held out confirm.
+/// none. A modulation is left only for one that the rows held out confirm; one that a machine file says, only for all legs:
+/// what switches conduct through, bipolar ones, they lose in a leg that rests as well.
 Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found);
 
 /// The same point with its dead time as firmware learns it: one loss of one width, by the sample's current. Costs a fit

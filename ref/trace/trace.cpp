@@ -256,6 +256,17 @@ void say_inverter(const Point& at, TraceEffect& effect)
             effect.modulation = name_of(t.input.modulation), effect.law = name_of(t.input.loss);
 }
 
+/// A leg that rests, and loses as much as those that switch.
+void say_rest(const TraceSetup& setup, const Point& at, std::vector<std::string>& notes)
+{
+    const std::string said = stated_modulation(*setup.logs);
+    for (const Term& t : at.terms)
+        if (is_dead_time(t.input.law) && !said.empty() && t.input.modulation != modulation_named(said))
+            notes.push_back("dead time: modulation " + said + ", as the log says, and its leg that rests loses voltage "
+                            "like the others, as where bipolar switches conduct; firmware learns it with modulation " +
+                            name_of(t.input.modulation));
+}
+
 /// What of settled points' effects is in no parameter: by which law iron loses, in which order rows warmed.
 void say_settled(const TraceSetup& setup, const Point& at, std::vector<std::string>& notes)
 {
@@ -749,7 +760,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     if (!s.found.empty() && is_beside_magnet(s.best.point))
         result.notes.emplace_back("no thermometer is on the magnet: temp_winding_C stood for it. A magnet that warms "
                                   "by less than the sensor has a larger coefficient, by as much");
-    if (!s.found.empty()) say_settled(*setup, s.best.point, result.notes);
+    if (!s.found.empty()) say_settled(*setup, s.best.point, result.notes), say_rest(*setup, s.best.point, result.notes);
     if (!s.found.empty()) {
         const Point learned = as_firmware_learns(*setup, s.best);
         for (const Term& t : learned.terms)

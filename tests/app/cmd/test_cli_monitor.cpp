@@ -1,5 +1,7 @@
 // `monitor` on simulated logs with and without a fault: its events, what it says, the page it writes.
 // Plain only: long, and what it runs others run under the sanitizers.
+#include <cmath>
+#include <cstdio>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -339,6 +341,40 @@ static void frozen_rows_are_counted_and_told_nothing(void)
     }
 }
 
+/// A speed that a loop tells is late. Rows that are missing where it turns round say nothing of how it changed.
+static void a_gap_while_a_late_speed_turns_round_is_no_event(void)
+{
+    const Folder folder;
+    std::vector<std::string> args = {"sim", "drive_clamped_joint", "--out", folder / ""};
+    for (const char* set :
+         {"seed=496628", "duration_s=6", "inverter.dead_time_s=4e-7", "inverter.modulation=centred",
+          "inverter.dead_side=both", "nonideal.iron_loss_S=0", "sensing.filter_s=0",
+          "sensing.speed_bandwidth_rad_s=750", "profile.speed_rad_s=-19.4", "profile.speed_rad_s.wave=55.6",
+          "profile.speed_rad_s.wave_period_s=3.99", "profile.speed_rad_s.shape=square", "profile.load_Nm.random=0.17",
+          "profile.load_Nm.random_hold_s=0.0757", "profile.i_d_A.random=1.5", "profile.i_d_A.random_hold_s=0.031"})
+        args.insert(args.end(), {"--set", set});
+    const Outcome sim = command::dqwatch(args);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const std::string text = command::read_file(folder / "drive_clamped_joint.csv");
+    std::string out;
+    int missing = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = text.find('\n', at);
+        double v_q_V = 0.0;
+        const bool full = std::sscanf(text.c_str() + at, "%*f,%*f,%lf", &v_q_V) == 1 && std::fabs(v_q_V) > 12.7;
+        if (!full) out += text.substr(at, end - at + 1);
+        missing += full ? 1 : 0;
+        at = end + 1;
+    }
+    TEST_ASSERT_TRUE(missing > 5 && missing < 50);
+    const std::string log = folder.write("gap.csv", out);
+    for (const char* arith : {"float", "q15"}) {
+        const Outcome run = monitor(
+            {log, "--machine", folder / "drive_clamped_joint.toml", "--arith", arith, "--out", folder / "o"});
+        holds(run.out, "events   0");
+    }
+}
+
 static void a_way_back_is_told_and_learning_goes_on(void)
 {
     const Folder folder;
@@ -407,6 +443,7 @@ int main(void)
     RUN_TEST(events_keep_the_logs_time);
     RUN_TEST(what_a_trace_found_is_learned);
     RUN_TEST(frozen_rows_are_counted_and_told_nothing);
+    RUN_TEST(a_gap_while_a_late_speed_turns_round_is_no_event);
     RUN_TEST(a_way_back_is_told_and_learning_goes_on);
     return UNITY_END();
 }

@@ -41,18 +41,20 @@ static double number(const std::string& text, const std::string& words, int more
     }
 }
 
-/// Compiles `program` with the header in `folder` and all of port_q15/, and returns what it prints.
-static std::string ran(const Folder& folder, const std::string& program, const std::string& argument = "")
+/// Compiles `program` with the header in `folder` and all of port_q15/, and returns what it prints. `sizes`: options
+/// more.
+static std::string ran(const Folder& folder, const std::string& program, const std::string& argument = "",
+                       const std::string& sizes = "")
 {
     folder.write("main.c",
                  "#include \"dqw_q15_config.h\"\n#include \"dqw_q15_config.h\"\n#include <stdio.h>\n" + program);
     const auto build = command::run_program(
         {"sh", "-c",
-         "${CC:-cc} -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
+         "${CC:-cc} $1 -std=c99 -pedantic -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow -Werror -Ilib "
          "-Iport_q15 -I\"$0\" \"$0/main.c\" port_q15/*.c lib/dqw_gate.c lib/dqw_stage.c lib/dqw_change.c "
          "lib/dqw_watch.c "
          "lib/dqw_effect_name.c -lm -o \"$0/main\"",
-         folder / ""});
+         folder / "", sizes});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, build.code, build.err.c_str());
     const auto run = command::run_program(argument.empty() ? std::vector<std::string>{folder / "main"}
                                                            : std::vector<std::string>{folder / "main", argument});
@@ -232,7 +234,13 @@ static void as_the_header_says(const Folder& folder, const std::string& log, con
     // The last line says what could be seen.
     const json event = json::parse(run.out.substr(0, run.out.find('\n')));
     std::filesystem::rename(folder / "dqw_q15_monitor.h", folder / "dqw_q15_config.h");
-    const std::string out = ran(folder, firmware, log);
+    // With as many weights as it asks for.
+    const std::string header = command::read_file(folder / "dqw_q15_config.h"), word = "DQW_EFFECT_WEIGHTS=";
+    const std::size_t asks = header.find(word);
+    TEST_ASSERT_TRUE(asks != std::string::npos);
+    const std::string sizes = "-D" +
+                              header.substr(asks, header.find_first_not_of("0123456789", asks + word.size()) - asks);
+    const std::string out = ran(folder, firmware, log, sizes);
     TEST_ASSERT_EQUAL_STRING(fault, event.at("fault").get<std::string>().c_str());
     TEST_ASSERT_EQUAL_STRING(parameter, event.at("parameter").get<std::string>().c_str());
     near(fault_at, number(out, "fault"), 0, "fault");
