@@ -247,7 +247,6 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
     if ((unsigned)channel >= DQW_WATCH_CHANNELS || !is_asked_for(m, channel)) return DQW_WHY_NOT_ASKED;
     const enum dqw_why nothing = dqw_monitor_why(m);
     if (nothing != DQW_WHY_IN_SERVICE) return nothing;
-    if (dqw_watch_paused(&m->watch, *(const volatile uint32_t *)&e->halves)) return DQW_WHY_PAUSE;
     if (channel == DQW_WATCH_RESIDUAL) {
         *least = dqw_monitor_band(m, channel) * sqrtf(m->healthy.residual_pu2) * m->config->estimator.v_base_V;
         return DQW_WHY_IN_SERVICE;

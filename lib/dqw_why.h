@@ -26,7 +26,7 @@ enum dqw_why {
     // In service, where nothing is watched for a while
     DQW_WHY_RESTS,   ///< after an event: healthy values are taken anew
     DQW_WHY_NAMING,  ///< something has changed, and is being named
-    DQW_WHY_PAUSE,   ///< no block was learned for a while: the weights catch up
+    DQW_WHY_PAUSE,   ///< no block is learned, or the weights catch up after such a while
     // Of one channel, while others are watched
     DQW_WHY_NOT_ASKED,   ///< the configuration does not ask for it, or lacks what it needs
     DQW_WHY_NOT_TAUGHT,  ///< the motion does not teach it now, or never did

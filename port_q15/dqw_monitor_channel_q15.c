@@ -312,7 +312,6 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
     if ((unsigned)channel >= DQW_WATCH_CHANNELS || !is_asked_for(m, channel)) return DQW_WHY_NOT_ASKED;
     const enum dqw_why nothing = dqw_monitor_why_q15(m);
     if (nothing != DQW_WHY_IN_SERVICE) return nothing;
-    if (dqw_watch_paused(&m->watch, *(const volatile uint32_t *)&e->halves)) return DQW_WHY_PAUSE;
     if (channel == DQW_WATCH_RESIDUAL) {
         *least = dqw_monitor_q40_of(channel, dqw_monitor_residual_limit_q24(m));
         return DQW_WHY_IN_SERVICE;

@@ -160,8 +160,7 @@ int64_t dqw_monitor_sensitivity_q15(const dqw_monitor_q15 *m, enum dqw_monitor_c
 /// Why a channel is not watched now. One that is DQW_WHY_COARSE has a sensitivity, so large that no fault reaches it:
 /// above 0.3 of healthy R, L_d, L_q, flux or a map's weight, of the others ten times their usual band.
 ///
-/// Returns  DQW_WHY_IN_SERVICE where it is watched; as dqw_monitor_why_q15 where nothing is, or nothing was learned for
-///          a while
+/// Returns  DQW_WHY_IN_SERVICE where it is watched; as dqw_monitor_why_q15 where nothing is
 /// Context  background
 enum dqw_why dqw_monitor_unwatched_q15(const dqw_monitor_q15 *m, enum dqw_monitor_channel channel);
 

@@ -467,6 +467,8 @@ static void test_why_a_monitor_is_not_in_service(void)
         (void)dqw_monitor_sample(&m, &none, false);
         (void)dqw_monitor_background(&m);
     }
+    // While nothing comes that is good, nothing is watched.
+    TEST_ASSERT_EQUAL_INT(DQW_WHY_PAUSE, dqw_monitor_why(&m));
     double paused_s = 0.0;
     for (int k = 0; k < 8000; k++) {
         HOLDS(watch(&m, k, k + 1).events == 0);
