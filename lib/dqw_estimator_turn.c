@@ -55,8 +55,7 @@ bool dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const flo
     float *before = e->w_before_rad_s;
     const float faster = w_m_rad_s - before[0];
     const float earlier = before[1] - before[2];
-    const bool adjoins = e->elapsed == 1;
-    e->paced = adjoins && b->whole ? (e->paced < 3 ? (uint8_t)(e->paced + 1) : e->paced) : 0;
+    e->paced = e->elapsed == 1 && b->whole ? (e->paced < 3 ? (uint8_t)(e->paced + 1) : e->paced) : 0;
     before[2] = before[1];
     before[1] = before[0];
     before[0] = w_m_rad_s;
@@ -79,13 +78,13 @@ bool dqw_estimator_keep_pace(dqw_estimator *e, dqw_estimator_block *b, const flo
         }
     }
 
-    // [TUR.2] the block's speeds as of so much later; behind a gap nobody knows how they change
+    // [TUR.2] the block's speeds as of so much later; where pairs are missing nobody knows how they change
     const float more = lag_s_of(e) * faster / half_s;
     if (more == 0.0f) return true;
     b->sum[8] += 2.0f * more;
     b->sum[6] += more * b->sum[2];
     b->sum[7] += more * b->sum[3];
-    return adjoins;
+    return e->paced != 0;
 }
 
 void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)

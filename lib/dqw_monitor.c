@@ -482,9 +482,7 @@ bool dqw_monitor_event(dqw_monitor *m, dqw_monitor_change *change)
 enum dqw_why dqw_monitor_why(const dqw_monitor *m)
 {
     const dqw_estimator *e = &m->estimator;
-    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage);
-    const bool serves = decided == DQW_WHY_IN_SERVICE;
-    if (serves && dqw_watch_paused(&m->watch, *(const volatile uint32_t *)&e->halves)) return DQW_WHY_PAUSE;
+    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage, *(const volatile uint32_t *)&e->halves);
     if (decided != DQW_WHYS) return decided;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     if (e->config->noise_on_inputs && e->noise_rows < DQW_NOISE_ROWS) return DQW_WHY_NOISE;

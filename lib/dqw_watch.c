@@ -26,23 +26,24 @@ void dqw_watch_init(dqw_watch *w)
     *w = zero;
 }
 
+// No block was learned for so long that it makes a pause.
+static bool paused(const dqw_watch *w, uint32_t now)
+{
+    return now - w->learned_at > PAUSE;
+}
+
 void dqw_watch_learned(dqw_watch *w, uint32_t at)
 {
     const uint32_t pause = at - w->learned_at;
-    const bool paused = dqw_watch_paused(w, at);
+    const bool was_paused = paused(w, at);
     // The 16 bits of the healthy values' time must not come round.
     for (int channel = DQW_WATCH_R; channel <= DQW_WATCH_PSI; channel += DQW_WATCH_PSI)
         if ((dqw_watch_unfollowed(w, channel, w->learned_at) + (pause >> DQW_WATCH_FOLLOW_SHIFT) + 1u) >> 16 != 0)
             dqw_watch_follow(w, channel, at + (1u << DQW_WATCH_FOLLOW_SHIFT));
     w->learned_at = at;
-    if (!paused) return;
+    if (!was_paused) return;
     if (w->alarms == 0 && w->wait == 0)
         w->wait = (uint8_t)(pause < REST_TICKS * DQW_WATCH_TICK_BLOCKS ? pause / DQW_WATCH_TICK_BLOCKS : REST_TICKS);
-}
-
-bool dqw_watch_paused(const dqw_watch *w, uint32_t now)
-{
-    return now - w->learned_at > PAUSE;
 }
 
 int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken)
@@ -189,10 +190,11 @@ uint8_t dqw_watch_since(const dqw_watch *w, int channel)
     return w->change[channel].above;
 }
 
-enum dqw_why dqw_watch_why(const dqw_watch *w, const dqw_stage *s)
+enum dqw_why dqw_watch_why(const dqw_watch *w, const dqw_stage *s, uint32_t now)
 {
     if (s->name == DQW_STAGE_IN_SERVICE)
-        return w->resting       ? DQW_WHY_RESTS
+        return paused(w, now)   ? DQW_WHY_PAUSE
+               : w->resting     ? DQW_WHY_RESTS
                : w->alarms != 0 ? DQW_WHY_NAMING
                : w->wait != 0   ? DQW_WHY_PAUSE
                                 : DQW_WHY_IN_SERVICE;

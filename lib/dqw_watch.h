@@ -70,9 +70,6 @@ void dqw_watch_init(dqw_watch *w);
 /// changed meanwhile: for as long as it was, a second at most.
 void dqw_watch_learned(dqw_watch *w, uint32_t at);
 
-/// At half `now` no block was learned for so long that it makes a pause.
-bool dqw_watch_paused(const dqw_watch *w, uint32_t now);
-
 /// A stretch's block in direction `way`, 0 for none; `unbroken`: it follows the last one.
 /// Returns  blocks of the stretch, 0 where it counts for nothing, DQW_WATCH_STRETCH_BLOCKS where it is complete
 int dqw_watch_stretch(dqw_watch *w, int way, bool unbroken);
@@ -134,8 +131,8 @@ int dqw_watch_worst(dqw_watch *w, const int32_t deviation_q5[], bool above);
 /// Looks since the sum of a channel began to grow.
 uint8_t dqw_watch_since(const dqw_watch *w, int channel);
 
-/// Why it watches nothing now, or is not in service; DQW_WHYS while it learns: then what was learned says it.
-enum dqw_why dqw_watch_why(const dqw_watch *w, const dqw_stage *s);
+/// Why it watches nothing at half `now`, or is not in service; DQW_WHYS while it learns: then what was learned says it.
+enum dqw_why dqw_watch_why(const dqw_watch *w, const dqw_stage *s, uint32_t now);
 
 /// Does the motion teach any weight now?
 bool dqw_watch_excited(const int16_t excess_q10[], int inputs);

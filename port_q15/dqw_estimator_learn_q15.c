@@ -254,11 +254,7 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     if (event != DQW_EVENT_BLOCK && !settled) return false;
     e->elapsed = b->with.number - e->number;
     e->number = b->with.number;
-    // As if no pair had been refused: 2^24 by 2^8
-    const int64_t all_q15 = (int64_t)w_sum_q15 * e->window.half;
-    const int32_t w_q15 = e->rise.valid == e->window.half ? w_sum_q15
-                                                          : (int32_t)dqw_q_quotient64(all_q15, e->rise.valid, 0);
-    if (!dqw_estimator_keep_pace_q15(e, b, advance_q30, w_q15)) return false;
+    if (!dqw_estimator_keep_pace_q15(e, b, advance_q30, w_sum_q15)) return false;
     dqw_estimator_turn_block_q15(e, b);
     return true;
 }

@@ -158,8 +158,7 @@ bool dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *
     before_q15[2] = before_q15[1];
     before_q15[1] = before_q15[0];
     before_q15[0] = w_sum_q15;
-    const bool adjoins = e->elapsed == 1;
-    e->paced = (uint8_t)(!adjoins || !b->whole ? 0 : e->paced < 3 ? e->paced + 1 : 3);
+    e->paced = (uint8_t)(e->elapsed != 1 || !b->whole ? 0 : e->paced < 3 ? e->paced + 1 : 3);
     // Without an angle there is no advance.
     const bool known = dqw_q_size64(advance_q30[0]) + dqw_q_size64(advance_q30[1]) > ONE_Q30 / 2;
     if (e->paced == 3 && known && e->pole_pairs != 0 && !e->config->settled) {
@@ -180,7 +179,7 @@ bool dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *
         }
     }
 
-    // [TUR.2] the block's speeds as of so much later; behind a gap nobody knows how they change
+    // [TUR.2] the block's speeds as of so much later; where pairs are missing nobody knows how they change
     // The half's change as a mean of one speed: 2^29. By more than the full speed none is wrong.
     const int32_t change_q28 = dqw_q_quotient32(faster_q15, e->window.half, 12);
     const int64_t more_q28 = dqw_q_within64(dqw_q_times64(lag_of(e), change_q28, -20), FULL_Q28);
@@ -190,7 +189,7 @@ bool dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *
     b->sums[8] = (int32_t)dqw_q_within64(b->sums[8] + dqw_q_round64(more_q28 * b->weight, 12), most);
     b->sums[6] = (int32_t)dqw_q_within64(b->sums[6] + dqw_q_round64(more_q28 * b->sums[2], 27), most);
     b->sums[7] = (int32_t)dqw_q_within64(b->sums[7] + dqw_q_round64(more_q28 * b->sums[3], 27), most);
-    return adjoins;
+    return e->paced != 0;
 }
 
 void dqw_estimator_turn_block_q15(const dqw_estimator_q15 *e, dqw_estimator_q15_block *b)

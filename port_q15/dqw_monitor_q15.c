@@ -537,9 +537,7 @@ bool dqw_monitor_event_q15(dqw_monitor_q15 *m, dqw_monitor_change_q15 *change)
 enum dqw_why dqw_monitor_why_q15(const dqw_monitor_q15 *m)
 {
     const dqw_estimator_q15 *e = &m->estimator;
-    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage);
-    const bool serves = decided == DQW_WHY_IN_SERVICE;
-    if (serves && dqw_watch_paused(&m->watch, *(const volatile uint32_t *)&e->halves)) return DQW_WHY_PAUSE;
+    const enum dqw_why decided = dqw_watch_why(&m->watch, &e->stage, *(const volatile uint32_t *)&e->halves);
     if (decided != DQW_WHYS) return decided;
     if (e->number == 0) return DQW_WHY_NO_BLOCK;
     // Of the block that was handed over last: one number of 16 bits, whenever it is read.

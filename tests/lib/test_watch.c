@@ -147,7 +147,8 @@ static void test_pauses(void)
         dqw_watch_init(&w);
         dqw_watch_learned(&w, 10);
         HOLDS(w.learned_at == 10 && w.wait == 0);
-        HOLDS(dqw_watch_paused(&w, 10 + halves[k]) == pause);
+        const dqw_stage serves = {.name = DQW_STAGE_IN_SERVICE};
+        HOLDS(dqw_watch_why(&w, &serves, 10 + halves[k]) == (pause ? DQW_WHY_PAUSE : DQW_WHY_IN_SERVICE));
         dqw_watch_learned(&w, 10 + halves[k]);
         HOLDS(w.learned_at == 10 + halves[k] && w.wait == (!pause ? 0 : looks < 60 ? looks : 60));
         for (int busy = 0; busy < 2; busy++) {
@@ -294,18 +295,19 @@ static void test_why_nothing_is_watched(void)
         w.wait = (uint8_t)(k & 1);
         dqw_stage stage = {.name = DQW_STAGE_IN_SERVICE, .back = DQW_BACK_THRESHOLD};
         CASE("in service, %d", k);
-        HOLDS(dqw_watch_why(&w, &stage) == (k >= 4   ? DQW_WHY_RESTS
-                                            : k >= 2 ? DQW_WHY_NAMING
-                                            : k == 1 ? DQW_WHY_PAUSE
-                                                     : DQW_WHY_IN_SERVICE));
+        HOLDS(dqw_watch_why(&w, &stage, 5) == (k >= 4   ? DQW_WHY_RESTS
+                                               : k >= 2 ? DQW_WHY_NAMING
+                                               : k == 1 ? DQW_WHY_PAUSE
+                                                        : DQW_WHY_IN_SERVICE));
+        HOLDS(dqw_watch_why(&w, &stage, 65) == DQW_WHY_PAUSE);
         stage.name = DQW_STAGE_ORDINAL;
-        HOLDS(dqw_watch_why(&w, &stage) == DQW_WHYS);
+        HOLDS(dqw_watch_why(&w, &stage, 5) == DQW_WHYS);
         stage.name = DQW_STAGE_DOMAIN;
-        HOLDS(dqw_watch_why(&w, &stage) == DQW_WHY_THRESHOLD);
+        HOLDS(dqw_watch_why(&w, &stage, 5) == DQW_WHY_THRESHOLD);
         stage.back = DQW_BACK_LEFT_BAND;
-        HOLDS(dqw_watch_why(&w, &stage) == DQW_WHY_LEFT_BAND);
+        HOLDS(dqw_watch_why(&w, &stage, 5) == DQW_WHY_LEFT_BAND);
         stage.back = DQW_BACK_NOT_CONVERGED;
-        HOLDS(dqw_watch_why(&w, &stage) == DQW_WHY_NOT_CONVERGED);
+        HOLDS(dqw_watch_why(&w, &stage, 5) == DQW_WHY_NOT_CONVERGED);
     }
 }
 
