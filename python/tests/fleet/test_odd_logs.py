@@ -210,3 +210,18 @@ def test_a_name_in_the_tables_is_no_formula(tmp_path):
     write_tables(None, Comparison([], standing, [], [], 1, {}, []), tmp_path)
     line = (tmp_path / "standing.csv").read_text().splitlines()[1]
     assert line.startswith("'=cmd|' /C calc'!A0,'@T,weak_magnet,") and ",psi_Wb,level,-0.1,0.01,-10.0," in line
+
+
+def test_a_copy_of_a_log_counts_once(logs, small):
+    for day in ("10", "11", "12"):
+        shutil.copy(logs / "motor=M00001" / "2026-01-05.parquet", logs / "motor=M00001" / f"2026-02-{day}.parquet")
+    rows = rows_of(ran(logs))
+    known = rows_of(small.result)["M00001", "2026-01-05"]
+    assert rows["M00001", "2026-01-05"]["R_ohm"] == known["R_ohm"]
+    for day in ("10", "11", "12"):
+        copy = rows["M00001", f"2026-02-{day}"]
+        assert copy["verdict"] == "nothing" and copy["R_ohm"] is None and copy["R_ohm_sd"] is None
+        assert copy["why"] == "a copy of motor=M00001/2026-01-05.parquet: its rows count once"
+    # The same rows of another motor are its own.
+    put(logs, "M00002", first(logs))
+    assert rows_of(ran(logs))["M00002", "2026-01-05"]["verdict"] != "nothing"

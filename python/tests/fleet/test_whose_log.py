@@ -99,6 +99,7 @@ def test_a_pipe_is_not_waited_for(tree):
     (pipe,) = (s for s in sources(tree) if s.size < 0)
     with pytest.raises(OSError, match="no file"):
         pipe.content()
+    assert not pipe.opens
 
 
 @pytest.mark.parametrize(

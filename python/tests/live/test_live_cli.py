@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from joints import MACHINE
 
@@ -20,6 +22,10 @@ kind = "file"
 path = "log.csv"
 format = "csv"
 motor = "m"
+"""
+LOG = """[[sink]]
+kind = "parquet"
+folder = "log"
 """
 
 
@@ -42,7 +48,7 @@ def test_killed_and_begun_again_as_a_program(failing: Path, tmp_path: Path) -> N
     from test_live_sources import wait_for
 
     config = tmp_path / "live.toml"
-    config.write_text(CONFIG.format(machine=", ".join(f"{k} = {v!r}" for k, v in MACHINE.items())))
+    config.write_text(CONFIG.format(machine=", ".join(f"{k} = {v!r}" for k, v in MACHINE.items())) + LOG)
     lines = failing.read_text().splitlines(keepends=True)
     log = tmp_path / "log.csv"
     # The fault is in the first part: its event is saved as it is named.
@@ -60,6 +66,10 @@ def test_killed_and_begun_again_as_a_program(failing: Path, tmp_path: Path) -> N
     second.send_signal(signal.SIGTERM)
     out, err = second.communicate(timeout=300)
     assert second.returncode == 0, err
+    # The log has every row once: also those of the time between the last state and the kill.
+    files = sorted((tmp_path / "log" / "motor=m").glob("*.parquet"))
+    times = np.concatenate([pq.read_table(f)["t_s"].to_numpy() for f in files])
+    assert len(times) == rows and np.all(np.diff(times) > 0)
     assert "1 of 1 motors go on where they were" in out
     assert f"m: {rows} rows, 1 events" in out and "demagnetisation" in out
     assert saved(tmp_path)["event_count"] == 1
@@ -99,7 +109,10 @@ def test_what_could_not_be_written_at_the_end_is_said(failing: Path, tmp_path: P
         ("[motor]\na = 3\n", "motor.a: expected a table"),
         ("live = 3\n", "live: expected a table"),
         ("[motor.m]\nmachine = {}\nsettings = 5\n", "settings: expected a table"),
-        ("[motor.m]\nmachine = {}\nstall_s = 'x'\n", "could not convert"),
+        ("[motor.m]\nmachine = {}\nstall_s = 'x'\n", "stall_s is 'x'; expected a number above 0"),
+        ("[motor.m]\nmachine = {}\nstall_s = -3\n", "stall_s is -3"),
+        ("[motor.m]\nmachine = {}\narithmetic = 'q16'\n", "arithmetic is 'q16'; expected 'float' or 'q15'"),
+        ("[motor.m]\nmachine = {}\nreplayed = 'no'\n", "replayed is 'no'; expected false or true"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(text: str, why: str, tmp_path: Path) -> None:
@@ -110,3 +123,38 @@ def test_what_cannot_be_is_refused_in_one_line(text: str, why: str, tmp_path: Pa
     assert done.returncode == 3 and why in err and err.count("\n") == 1, err
     assert str(config) in err
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("table", "why"),
+    [
+        ("[[sink]]\nkind = 'parquet'\nfolder = 'log'\nkeep_MB = -1\n", "keep_MB is -1; expected a number above 0"),
+        ("[[sink]]\nkind = 'parquet'\n", "folder is ''; expected text"),
+        ("[[source]]\nkind = 'serial'\nmotor = 'm'\nport = 'p'\nbaud = 'fast'\n", "baud is 'fast'"),
+        ("[[source]]\nkind = 'udp'\nmotor = 'm'\nlisten = 5\n", "listen: 5; expected text"),
+    ],
+)
+def test_values_that_cannot_be_are_named(table: str, why: str, tmp_path: Path) -> None:
+    machine = ", ".join(f"{k} = {v!r}" for k, v in MACHINE.items())
+    config = tmp_path / "live.toml"
+    source = "" if "[[source]]" in table else "[[source]]\nkind = 'file'\nmotor = 'm'\npath = 'a.csv'\nformat = 'csv'\n"
+    config.write_text(f"[motor.m]\nmachine = {{ {machine} }}\n{source}{table}")
+    done = start(config)
+    _, err = done.communicate(timeout=300)
+    assert done.returncode == 3 and why in err and err.count("\n") == 1, err
+
+
+def test_two_do_not_keep_one_state(failing: Path, tmp_path: Path) -> None:
+    from test_live_sources import wait_for
+
+    config = tmp_path / "live.toml"
+    config.write_text(CONFIG.format(machine=", ".join(f"{k} = {v!r}" for k, v in MACHINE.items())))
+    (tmp_path / "log.csv").write_text("".join(failing.read_text().splitlines(keepends=True)[:2000]))
+    first = start(config)
+    wait_for(lambda: (tmp_path / "state" / "m.state").exists(), 120)
+    second = start(config)
+    _, err = second.communicate(timeout=300)
+    assert second.returncode == 3 and "another dqwatch live keeps its states there" in err
+    first.send_signal(signal.SIGTERM)
+    _, err = first.communicate(timeout=300)
+    assert first.returncode == 0, err

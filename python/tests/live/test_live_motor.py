@@ -54,6 +54,9 @@ class Told:
     def rows(self, motor: Motor, block: dict[str, np.ndarray], first: int) -> None:
         self.row_numbers.append((first, len(block["t_s"])))
 
+    def keep(self, slug: str) -> None:
+        """Nothing of it outlives the program."""
+
     def step(self, now_s: float) -> None:
         pass
 

@@ -426,6 +426,32 @@ void fixed_point_knows_the_legs_and_the_observer()
     }
 }
 
+/// Switches that conduct through a voltage lose it in a leg that rests as well, whatever the log says of the legs.
+void a_leg_that_rests_may_lose_voltage_too()
+{
+    const auto log = simulated("drive_clamped",
+                               {"seed=60494", "duration_s=4", "inverter.dead_time_s=0", "inverter.switch_ohm=0",
+                                "inverter.diode_ohm=0", "inverter.switch_V=1.5", "inverter.diode_V=1.2",
+                                "inverter.knee_A=0.08", "inverter.reverse=diode"});
+    TEST_ASSERT_EQUAL_STRING("clamped_low", log.modulation.c_str());
+    for (const bool fixed_point : {false, true}) {
+        dqw::LearnOptions options;
+        options.fixed_point = fixed_point;
+        options.inputs = {{"dead_time", {}, {}}};
+        const dqw::Learned learned = dqw::learn_all({log}, options);
+        const auto* R = find(learned.result, "R_ohm");
+        TEST_ASSERT_NOT_NULL(R);
+        const double off = R->value - *log.machine.R_ohm;
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) < 3 * R->sd && R->sd < 0.05 * *log.machine.R_ohm,
+                                 (std::to_string(off) + " +- " + std::to_string(R->sd)).c_str());
+        TEST_ASSERT_EQUAL_STRING("centred", learned.inputs[0].modulation.c_str());
+        bool said = false;
+        for (const std::string& note : learned.result.notes)
+            said = said || note.find("its leg that rests loses voltage like the others") != std::string::npos;
+        TEST_ASSERT_TRUE(said);
+    }
+}
+
 /// Settled rows 2 s apart in closed form: a voltage that comes late turns with the speed, a winding that heats by its
 /// current's square.
 dqw::Log settled(double delay_s, double per_A2, double tau_s)
@@ -626,6 +652,7 @@ int main(void)
     RUN_TEST(a_width_that_nobody_gave_is_sought);
     RUN_TEST(a_loss_that_nobody_asked_for_is_in_the_deviations);
     RUN_TEST(fixed_point_knows_the_legs_and_the_observer);
+    RUN_TEST(a_leg_that_rests_may_lose_voltage_too);
     RUN_TEST(what_an_angle_turned_is_read_in_the_machines_own_frame);
     RUN_TEST(a_settled_delay_is_in_seconds_whatever_heats);
     RUN_TEST(effects_of_the_shaft);

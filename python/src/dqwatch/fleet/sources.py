@@ -85,10 +85,12 @@ class Source:
 
     @property
     def opens(self) -> bool:
-        """Whether it can be opened now."""
+        """Whether it can be opened now. A pipe would wait for its writer."""
+        if self.size < 0:
+            return False
         try:
             with open(self.path, "rb"):
-                return self.size >= 0
+                return True
         except OSError:
             return False
 

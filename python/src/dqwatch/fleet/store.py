@@ -17,10 +17,12 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from .sources import Source
-from .work import SCHEMA, given_of
+from .work import SCHEMA, empty_row, given_of, rows_table
 
 Papers = Mapping[str, Mapping[str, str]]
 Key = tuple[str, int, int]
+# Of a row that is a copy's, what stays.
+_KNOWN = ("motor", "window", "day", "source", "source_hash", "source_size", "source_mtime_ns", "settings", "given")
 _STALE_S = 3600.0  # of a claim that another machine holds: it is taken for dead
 
 
@@ -143,7 +145,7 @@ class Store:
             if row[:3] not in seen and not stale(Row(row[0], row[3:6], row[6] or "")):
                 seen.add(row[:3])
                 keep.append(k)
-        return table.take(pa.array(keep, pa.int64())).drop_columns(["coasts"])
+        return _without_copies(table.take(pa.array(keep, pa.int64())).drop_columns(["coasts"]))
 
     def done(self, settings: str) -> dict[Key, list[tuple[str, str, bool]]]:
         """By name, size and time of every file whose rows are here: motor, what was given beside it, and whether it
@@ -175,6 +177,29 @@ class Store:
             )
 
         return [s for s in sources if not known(s)]
+
+
+def _without_copies(table: pa.Table) -> pa.Table:
+    """The same rows; of a motor's files that are alike to the byte those of one count, the first by name, and the
+    others' say so: twice the same rows would halve a deviation out of nothing."""
+    says = {n: table[n].to_pylist() for n in _KNOWN}
+    logs = list(zip(says["motor"], says["source_hash"], says["source"], strict=True))
+    first: dict[tuple[str, str], str] = {}
+    for motor, content, name in sorted(logs, key=lambda x: x[2]):
+        first.setdefault((motor, content or name), name)
+    of = [first[motor, content or name] for motor, content, name in logs]
+    copies = [k for k, (_motor, _content, name) in enumerate(logs) if of[k] != name]
+    if not copies:
+        return table
+    rows = [
+        empty_row(**{n: says[n][k] for n in _KNOWN}, verdict="nothing", why=f"a copy of {of[k]}: its rows count once")
+        for k in copies
+    ]
+    marked = set(copies)
+    kept = table.take(pa.array([k for k in range(table.num_rows) if k not in marked], pa.int64()))
+    return pa.concat_tables([kept, rows_table(rows).select(table.column_names)]).sort_by(
+        [("motor", "ascending"), ("window", "ascending")]
+    )
 
 
 def depends_on(settings: str, papers: Papers) -> str:

@@ -86,9 +86,9 @@ def machine_text(machine: Mapping[str, Any]) -> str:
 
 
 def read_machine(path: Path) -> dict[str, Any]:
-    """What a machine file says, its tables as one. Raises OSError, ValueError."""
+    """What a machine file says, its tables as one, and what stands above them. Raises OSError, ValueError."""
     found = tomllib.loads(path.read_text())
-    flat: dict[str, Any] = {}
+    flat: dict[str, Any] = {k: v for k, v in found.items() if not isinstance(v, dict)}
     for key in ("log", "machine", "nameplate"):
         table = found.get(key, {})
         if isinstance(table, dict):

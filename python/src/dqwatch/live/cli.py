@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import logging
 import os
 import signal
@@ -16,6 +17,7 @@ from typing import Any
 
 from .core import Live
 from .setup import ConfigError, live_of, read_config
+from .state import hold
 
 #: From turn to turn: what an event comes late by. What a turn costs beside its rows is paid so seldom.
 TURN_S = 0.05
@@ -53,10 +55,11 @@ def run(argv: Sequence[str]) -> int:
             live, captures = live_of(config, Path(asked.config).resolve().parent)
         except (ConfigError, AttributeError, TypeError, ValueError, OSError) as error:
             raise ConfigError(f"{asked.config}: {error}") from None
-        known = live.load()
-        if known:
-            print(f"{known} of {len(live.motors)} motors go on where they were", flush=True)
-        return _serve(live, captures, config.get("live", {}), asked)
+        with hold(live.state) if live.state is not None else contextlib.nullcontext():
+            known = live.load()
+            if known:
+                print(f"{known} of {len(live.motors)} motors go on where they were", flush=True)
+            return _serve(live, captures, config.get("live", {}), asked)
     except (ConfigError, ValueError) as error:
         print(f"dqwatch live: {error}", file=sys.stderr)
         return 3

@@ -35,6 +35,9 @@ class Sink(Protocol):
     def rows(self, motor: Motor, block: Block, first: int) -> None:
         """Rows that were learned; the first is the motor's ``first``-th."""
 
+    def keep(self, slug: str) -> None:
+        """A motor's state is about to outlive the program: so are its rows."""
+
     def step(self, now_s: float) -> None:
         """Do what is due."""
 
@@ -135,6 +138,8 @@ class Live:
             if motor.name not in at_once and motor not in due[:MOST_SAVED]:
                 continue
             self._due_s[motor.name] = now_s + SAVE_S
+            for sink in self.sinks:
+                sink.keep(motor.slug)
             try:
                 motor.save(self.state)
                 self._unsaved.pop(motor.name, None)

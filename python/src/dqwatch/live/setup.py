@@ -63,10 +63,40 @@ def _known(what: str, table: Mapping[str, Any], keys: tuple[str, ...]) -> None:
             raise ConfigError(f"{what}: unknown {key}; expected {', '.join(keys)}")
 
 
+def _number(what: str, table: Mapping[str, Any], key: str, usual: float, least: float) -> float:
+    """Above ``least``."""
+    value = table.get(key, usual)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not least < value < float("inf"):
+        raise ConfigError(f"{what}: {key} is {value!r}; expected a number above {least:g}")
+    return value
+
+
+def _shown(x: Any) -> str:
+    """As TOML has it."""
+    return str(x).lower() if isinstance(x, bool) else repr(x)
+
+
+def _choice(what: str, table: Mapping[str, Any], key: str, choices: tuple[Any, ...]) -> Any:
+    """One of them; without it the first."""
+    value = table.get(key, choices[0])
+    if not any(type(value) is type(c) and value == c for c in choices):
+        raise ConfigError(f"{what}: {key} is {value!r}; expected {' or '.join(map(_shown, choices))}")
+    return value
+
+
+def _text(what: str, table: Mapping[str, Any], key: str, usual: str) -> str:
+    value = table.get(key, usual)
+    if not isinstance(value, str) or not value:
+        raise ConfigError(f"{what}: {key} is {value!r}; expected text")
+    return value
+
+
 def _address(what: str, text: Any, port: int) -> tuple[str, int]:
-    host, _, number = str(text).rpartition(":")
+    if not isinstance(text, str):
+        raise ConfigError(f"{what}: {text!r}; expected text, HOST:PORT")
+    host, _, number = text.rpartition(":")
     if not host:
-        host, number = str(text), str(port)
+        host, number = text, str(port)
     if not number.isdigit() or int(number) > 65535:
         raise ConfigError(f"{what}: {text!r}; expected HOST:PORT")
     return host.strip("[]"), int(number)
@@ -85,9 +115,9 @@ def _motor(name: str, table: Mapping[str, Any], base: Path, folder: Path | None)
         settings = Settings(
             name=name,
             machine=machine,
-            arithmetic="q15" if table.get("arithmetic") == "q15" else "float",
-            stall_s=float(table.get("stall_s", 5.0)),
-            replayed=bool(table.get("replayed", False)),
+            arithmetic=_choice(what, table, "arithmetic", ("float", "q15")),
+            stall_s=_number(what, table, "stall_s", 5.0, 0.0),
+            replayed=_choice(what, table, "replayed", (False, True)),
             folder=folder,
             extra=dict(_table("settings", table.get("settings", {}))),
         )
@@ -132,28 +162,29 @@ def _source(k: int, table: Mapping[str, Any], base: Path, motors: Mapping[str, M
         raise ConfigError(f"{what}: no motor; expected whose rows these are")
     decoder = Decoder(form, name)
     try:
-        opened = _opener(kind, table, base, decoder)
+        opened = _opener(what, kind, table, base, decoder)
     except (TypeError, ValueError) as error:
         raise ConfigError(f"{what}: {error}") from None
     return Source(str(table.get("name", f"{kind} {k + 1}")), kind, opened, [decoder], motor=name)
 
 
-def _opener(kind: str, table: Mapping[str, Any], base: Path, decoder: Decoder) -> Any:
+def _opener(what: str, kind: str, table: Mapping[str, Any], base: Path, decoder: Decoder) -> Any:
     needed = _NEEDS.get(kind)
     try:
         module = importlib.import_module(f"dqwatch.live.sources.{kind}")
     except ModuleNotFoundError as error:
         raise ConfigError(f"a {kind} source needs {needed or error.name}; pip install './python[live]'") from None
     if kind == "serial":
-        return module.opener(str(table["port"]), int(table.get("baud", 115200)), decoder)
+        baud = int(_number(what, table, "baud", 115200, 0))
+        return module.opener(_text(what, table, "port", ""), baud, decoder)
     if kind == "udp":
         host, port = _address("listen", table["listen"], 8601)
         return module.opener(host, port, decoder)
     if kind == "file":
-        return module.opener(str(base / str(table["path"])), decoder)
+        return module.opener(str(base / _text(what, table, "path", "")), decoder)
     if kind == "mqtt":
         host, port = _address("broker", table["broker"], 1883)
-        return module.opener(host, port, str(table["topic"]), decoder)
+        return module.opener(host, port, _text(what, table, "topic", ""), decoder)
     return module.opener(dict(table["bus"]), str(base / str(table["dbc"])), str(table["last"]), decoder)
 
 
@@ -161,16 +192,18 @@ def _sink(table: Mapping[str, Any], base: Path) -> Sink:
     kind = str(table.get("kind", ""))
     if kind not in _SINKS:
         raise ConfigError(f"sink {kind!r}; expected {', '.join(_SINKS)}")
-    _known(f"sink {kind}", table, ("kind", *_SINKS[kind]))
+    what = f"sink {kind}"
+    _known(what, table, ("kind", *_SINKS[kind]))
     try:
         if kind == "mqtt":
             from .sinks.mqtt import MqttSink
 
             host, port = _address("broker", table.get("broker", "127.0.0.1:1883"), 1883)
-            return MqttSink(host, port, str(table.get("prefix", "dqwatch")))
+            return MqttSink(host, port, _text(what, table, "prefix", "dqwatch"))
         from .sinks.parquet import ParquetSink
 
-        return ParquetSink(base / str(table.get("folder", "log")), int(float(table.get("keep_MB", 1000)) * 1e6))
+        folder = base / _text(what, table, "folder", "")
+        return ParquetSink(folder, int(_number(what, table, "keep_MB", 1000, 0) * 1e6))
     except ModuleNotFoundError as error:
         raise ConfigError(f"a {kind} sink needs {error.name}; pip install './python[live]'") from None
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 SCHEMA = b"dqwatch.live.state/1"
 
@@ -32,6 +33,18 @@ def replace_file(path: Path, data: bytes) -> None:
     except OSError:
         fresh.unlink(missing_ok=True)
         raise
+
+
+def hold(folder: Path) -> IO[str]:
+    """As long as what is returned is open nobody else keeps states there. Raises ValueError where somebody does,
+    OSError."""
+    file = open(folder / "lock", "w")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise ValueError(f"{folder}: another dqwatch live keeps its states there; expected a folder for each") from None
+    return file
 
 
 def write(path: Path, head: dict[str, Any], monitor: bytes) -> None:

@@ -60,6 +60,9 @@ class MqttSink:
     def rows(self, motor: Motor, block: Block, first: int) -> None:
         """Rows are not sent."""
 
+    def keep(self, slug: str) -> None:
+        """Nothing of it outlives the program."""
+
     def step(self, now_s: float) -> None:
         """Send what waits."""
         if not self._connected:

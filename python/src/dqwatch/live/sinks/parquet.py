@@ -28,6 +28,7 @@ class ParquetSink:
         self._folder = folder
         self._most_bytes = most_bytes
         self._open: dict[str, tuple[int, Motor, list[Block]]] = {}
+        self._begun: set[str] = set()
         self._trouble = ""
         self.lost_rows = 0
 
@@ -45,14 +46,24 @@ class ParquetSink:
         if float(block["t_s"][-1]) - float(blocks[0]["t_s"][0]) >= SPAN_S or rows > MOST_ROWS:
             self._flush(motor.slug)
 
+    def keep(self, slug: str) -> None:
+        """The file so far; it is written anew as it grows, under the same name."""
+        if slug in self._open:
+            self._write(*self._open[slug])
+
     def _flush(self, slug: str) -> None:
-        first, motor, blocks = self._open.pop(slug)
+        self._write(*self._open.pop(slug))
+
+    def _write(self, first: int, motor: Motor, blocks: list[Block]) -> None:
         names = [c for c in blocks[0] if all(c in b for b in blocks)]
         table = pa.table({c: np.concatenate([b[c] for b in blocks]) for c in names})
-        folder = self._folder / f"motor={slug}"
+        folder = self._folder / f"motor={motor.slug}"
         path = folder / f"{first:015d}.parquet"
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            if motor.slug not in self._begun:
+                _cut(folder, first, float(blocks[0]["t_s"][0]))
+                self._begun.add(motor.slug)
             fresh = path.with_suffix(".new")
             pq.write_table(table, fresh, compression="zstd")
             os.replace(fresh, path)
@@ -61,7 +72,9 @@ class ParquetSink:
             self._shrink(folder)
             self._trouble = ""
         except OSError as error:
-            self.lost_rows += table.num_rows
+            # Rows that wait on are tried again.
+            if motor.slug not in self._open:
+                self.lost_rows += table.num_rows
             self._trouble = f"the Parquet log cannot be written: {error.strerror or error}; {self.lost_rows} rows lost"
 
     def _shrink(self, folder: Path) -> None:
@@ -85,3 +98,25 @@ class ParquetSink:
         """What waits is written as it is."""
         for slug in list(self._open):
             self._flush(slug)
+
+
+def _cut(folder: Path, first: int, t_s: float) -> None:
+    """A program that was killed goes on from a state that is older than its log: rows that come again, by their number
+    and their time, go. Raises OSError."""
+    for path in sorted(folder.glob("*.parquet"), reverse=True):
+        start = int(path.stem) if path.stem.isdigit() else first
+        try:
+            table = pq.read_table(path)
+        except (pa.ArrowInvalid, KeyError):
+            continue
+        if start + table.num_rows <= first or "t_s" not in table.column_names:
+            return
+        times = table["t_s"].to_numpy()
+        again = (start + np.arange(table.num_rows) >= first) & (times >= t_s)
+        if again.all():
+            path.unlink()
+            path.with_suffix(".toml").unlink(missing_ok=True)
+        elif again.any():
+            fresh = path.with_suffix(".new")
+            pq.write_table(table.filter(pa.array(~again)), fresh, compression="zstd")
+            os.replace(fresh, path)

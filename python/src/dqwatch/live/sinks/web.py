@@ -232,6 +232,9 @@ class WebSink:
     def rows(self, motor: Motor, block: Block, first: int) -> None:
         """Rows are not shown."""
 
+    def keep(self, slug: str) -> None:
+        """Nothing of it outlives the program."""
+
     def step(self, now_s: float) -> None:
         """Nothing is due."""
 
