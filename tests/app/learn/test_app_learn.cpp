@@ -430,9 +430,9 @@ void fixed_point_knows_the_legs_and_the_observer()
 void a_leg_that_rests_may_lose_voltage_too()
 {
     const auto log = simulated("drive_clamped",
-                               {"seed=60494", "duration_s=4", "inverter.dead_time_s=0", "inverter.switch_ohm=0",
-                                "inverter.diode_ohm=0", "inverter.switch_V=1.5", "inverter.diode_V=1.2",
-                                "inverter.knee_A=0.08", "inverter.reverse=diode"});
+                               {"seed=60494", "duration_s=4", "inverter.node_F=0", "inverter.dead_time_s=0",
+                                "inverter.switch_ohm=0", "inverter.diode_ohm=0", "inverter.switch_V=1.5",
+                                "inverter.diode_V=1.2", "inverter.knee_A=0.08", "inverter.reverse=diode"});
     TEST_ASSERT_EQUAL_STRING("clamped_low", log.modulation.c_str());
     for (const bool fixed_point : {false, true}) {
         dqw::LearnOptions options;
@@ -442,7 +442,7 @@ void a_leg_that_rests_may_lose_voltage_too()
         const auto* R = find(learned.result, "R_ohm");
         TEST_ASSERT_NOT_NULL(R);
         const double off = R->value - *log.machine.R_ohm;
-        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) < 3 * R->sd && R->sd < 0.05 * *log.machine.R_ohm,
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) < 3 * R->sd && R->sd < 0.1 * *log.machine.R_ohm,
                                  (std::to_string(off) + " +- " + std::to_string(R->sd)).c_str());
         TEST_ASSERT_EQUAL_STRING("centred", learned.inputs[0].modulation.c_str());
         bool said = false;
