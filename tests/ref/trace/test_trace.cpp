@@ -265,6 +265,24 @@ void currents_told_between_pulses_are_named()
     }
 }
 
+/// Switches that conduct through a voltage lose it in a leg that rests as well, whatever the log says of the legs.
+void a_leg_that_rests_may_lose_voltage_too()
+{
+    const TraceResult r = dqw::trace(
+        {simulated("drive_clamped", {"seed=60495", "duration_s=2", "inverter.node_F=0", "inverter.dead_time_s=0",
+                                     "inverter.switch_ohm=0", "inverter.diode_ohm=0", "inverter.switch_V=1.5",
+                                     "inverter.diode_V=1.2", "inverter.knee_A=0.08", "inverter.reverse=diode"})});
+    const auto found = std::find_if(r.effects.begin(), r.effects.end(),
+                                    [](const dqw::TraceEffect& e) { return e.name == "dead_time"; });
+    TEST_ASSERT_TRUE(found != r.effects.end());
+    TEST_ASSERT_EQUAL_STRING("centred", found->modulation.c_str());
+    // As if the leg rested without loss R reads 1.11; measured 0.893.
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.9, value(r.after.parameters, "R_ohm"));
+    TEST_ASSERT_TRUE(std::any_of(r.notes.begin(), r.notes.end(), [](const std::string& note) {
+        return note.find("its leg that rests loses voltage like the others") != std::string::npos;
+    }));
+}
+
 /// Phases unlike each other at one angle of a locked rotor: settled points in no order, of which none follows a like
 /// one. It is the rotor's own matrix, whether of resistances or of sensors.
 void unlike_phases_show_at_one_angle()
@@ -674,6 +692,7 @@ int main()
     RUN_TEST(currents_told_between_pulses_are_named);
     RUN_TEST(late_currents_and_an_angle_that_is_off_are_both_told);
     RUN_TEST(currents_told_behind_the_pulses_middle_are_named);
+    RUN_TEST(a_leg_that_rests_may_lose_voltage_too);
     RUN_TEST(unlike_phases_show_at_one_angle);
     RUN_TEST(a_loss_that_noise_hides_is_in_the_deviation_of_R);
     RUN_TEST(dead_time_does_not_stay_in_R);
