@@ -127,9 +127,9 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
         found = std::move(best);
     }
     const Input& loss = dead_time_of(found.point)->input;
-    if (const std::string said = stated_modulation(*setup.logs);
-        !said.empty() && modulation_named(said) != Modulation::centred && !loss.averaged &&
-        loss.law != Law::dead_given_back) {
+    if (const std::string said = stated_modulation(*setup.logs); !said.empty() &&
+                                                                 modulation_named(said) != Modulation::centred &&
+                                                                 !loss.averaged && loss.law != Law::dead_given_back) {
         const bool all = loss.modulation == Modulation::centred;
         Refined other = with_modulation(model, found, all ? modulation_named(said) : Modulation::centred, 0.0);
         const Refined &as_said = all ? other : found, &at_rest = all ? found : other;

@@ -262,7 +262,8 @@ void say_rest(const TraceSetup& setup, const Point& at, std::vector<std::string>
     const std::string said = stated_modulation(*setup.logs);
     for (const Term& t : at.terms)
         if (is_dead_time(t.input.law) && !said.empty() && t.input.modulation != modulation_named(said))
-            notes.push_back("dead time: modulation " + said + ", as the log says, and its leg that rests loses voltage "
+            notes.push_back("dead time: modulation " + said +
+                            ", as the log says, and its leg that rests loses voltage "
                             "like the others, as where bipolar switches conduct; firmware learns it with modulation " +
                             name_of(t.input.modulation));
 }
