@@ -171,8 +171,7 @@ bool dqw_estimator_keep_pace_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *
             const int64_t ahead_q28 = dqw_q_round64(advance_q30[1] * w.c_q30 - advance_q30[0] * w.n_q30, 32);
             // 2^28 by 2^25
             const int64_t faster_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * faster_q15, 16), MOST_Q28);
-            const int64_t earlier_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * earlier_q15, 16),
-                                                       MOST_Q28);
+            const int64_t earlier_q28 = dqw_q_within64(dqw_q_round64((int64_t)e->turn_q28 * earlier_q15, 16), MOST_Q28);
             // 2^31 by 2^30
             const int64_t rest_q28 = ahead_q28 - dqw_q_round64(lag_of(e) * faster_q28, 20);
             keep_lag(e, ahead_q28, faster_q28, earlier_q28, dqw_q_within64(rest_q28, MOST_Q28));
