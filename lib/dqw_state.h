@@ -64,6 +64,9 @@ enum dqw_witness_input {
 
 /// Blocks over which the witness remembers.
 #define DQW_WITNESS_MEMORY 300u
+/// Blocks of which the witness takes the inputs' power alone: the first come while the weights, and with them its
+/// inputs, are next to nothing, and a step by that would make a ripple of what is not learned yet.
+#define DQW_WITNESS_FIRST 32u
 
 typedef struct dqw_change {
     uint8_t sum_q5;  ///< how long and how far beyond, in bands times steps, 0 .. limit

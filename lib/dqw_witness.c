@@ -80,13 +80,13 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimat
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++) {
         const float power = x[k].re * x[k].re + x[k].im * x[k].im;
         w->power[k] += (power - w->power[k]) * part;
-        if (!(w->power[k] > 0.0f)) continue;
+        // Reactance's input is resistance's, turned by 90 degrees, times the speed.
+        if (k == DQW_WITNESS_RESISTANCE) w->across += (w_e * power - w->across) * part;
+        if (!(w->power[k] > 0.0f) || w->blocks < DQW_WITNESS_FIRST) continue;
         const float step = 1.0f /
                            ((float)DQW_WITNESS_MEMORY * (w->power[k] > 0.1f * power ? w->power[k] : 0.1f * power));
         w->re[k] += step * (x[k].re * error.re + x[k].im * error.im);
         w->im[k] += step * (x[k].re * error.im - x[k].im * error.re);
-        // Reactance's input is resistance's, turned by 90 degrees, times the speed.
-        if (k == DQW_WITNESS_RESISTANCE) w->across += (w_e * power - w->across) * part;
     }
     return true;
 }

@@ -412,7 +412,8 @@ static bool is_early(const dqw_monitor_q15 *m)
            (e->residual.opened > 0 && e->number - e->residual.opened_at < OPENED_SETTLES * DQW_WATCH_TICK_BLOCKS);
 }
 
-static bool look(dqw_monitor_q15 *m)
+// `witnessed`: the last block taught ripples as well.
+static bool look(dqw_monitor_q15 *m, bool witnessed)
 {
     hasten(m);
     const enum dqw_watch_begins begins = dqw_watch_begin(&m->watch);
@@ -424,7 +425,11 @@ static bool look(dqw_monitor_q15 *m)
     if (begins == DQW_WATCH_SETTLES) {
         follow_temperature(m);
         follow_residual(m);
-        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) settle(m, i);
+        // A ripple that the motion does not teach stands still: looks at it are no more than one.
+        for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
+            if (i == DQW_WATCH_OFFSET && !witnessed) i = DQW_WATCH_FRICTION;
+            settle(m, i);
+        }
     }
     int32_t q5[DQW_WATCH_CHANNELS];
     for (int i = 0; i < DQW_WATCH_CHANNELS; i++) q5[i] = deviation_q5(m, i);
@@ -506,14 +511,12 @@ bool dqw_monitor_background_q15(dqw_monitor_q15 *m)
     dqw_watch_learned(&m->watch, e->number);
 
     // [MON.2] the stage; what coarse weights leave is no ripple
-    if (judged) {
-        (void)dqw_witness_learn_q15(&m->witness, e, &block);
-        stage(m);
-    }
+    const bool witnessed = judged && dqw_witness_learn_q15(&m->witness, e, &block);
+    if (judged) stage(m);
     if (e->stage.name != DQW_STAGE_IN_SERVICE) return false;
 
     // [MON.3] every so often, a look at every channel
-    if (!dqw_watch_block(&m->watch) || !look(m)) return false;
+    if (!dqw_watch_block(&m->watch) || !look(m, witnessed)) return false;
     m->has_change = true;
     return true;
 }

@@ -145,7 +145,7 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
         int64_t mean = w->power_q52[k];
         mean += dqw_q_product64(power - mean, (1u << 31) / w->blocks, -31);
         w->power_q52[k] = mean;
-        if (mean <= 0) continue;
+        if (mean <= 0 || w->blocks < DQW_WITNESS_FIRST) continue;
         const int64_t tenth = dqw_q_times64(power, TENTH_Q31, -31);
         const int64_t by = dqw_q_times64(mean > tenth ? mean : tenth, DQW_WITNESS_MEMORY, -10);  // Q42
         // Q54 over Q42

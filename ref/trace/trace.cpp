@@ -732,9 +732,15 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         noise = judge.noise(s.best.point);
     }
     const double floor = result.noise_floor = noise.floor;
-    const Eigen::VectorXd
-        hidden = hidden_loss_of(*setup, s),
-        plain_sd = (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt();
+    Eigen::VectorXd hidden = hidden_loss_of(*setup, s);
+    // What the rows held out confirm, and is not named where the plain model leaves noise, moves its parameters. (E186)
+    if (s.found.empty() && !found.selection.found.empty() && fault.empty() && !was_exact &&
+        !(before > kStructured * floor)) {
+        const Eigen::Index base = plain.base.size();
+        hidden.head(base) = hidden.head(base).cwiseMax((found.selection.best.point.base - plain.base).cwiseAbs());
+    }
+    const Eigen::VectorXd plain_sd =
+        (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt();
     const Refined iron = map_beside(*setup, s.best.point);
     Eigen::VectorXd spread = spread_over_laws(*setup, s.best) + spread_over_iron(*setup, s.best, iron) +
                              spread_over_states(*setup, s.best);
