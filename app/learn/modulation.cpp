@@ -81,10 +81,7 @@ dqw_modulation modulation_of(const Log& log, const dqw_estimator_config& config,
 std::string note_on_modulation(const Log& log, dqw_modulation taken)
 {
     const auto said = modulation_named(log.modulation);
-    if (said && *said != taken)
-        return fmt::format("modulation {}, as the log says, and its leg that rests loses voltage like the others, as "
-                           "where bipolar switches conduct: all are taken to lose it (modulation {})",
-                           modulation_text(*said), modulation_text(taken));
+    if (said && *said != taken) return loses_at_rest_text(log.modulation);
     if (!said && taken != DQW_MODULATION_CENTRED)
         return fmt::format("modulation {}: found, it leaves the least residual", modulation_text(taken));
     return "";

@@ -12,9 +12,9 @@
 namespace dqw {
 
 /// As the log says, unless the leg that rests then loses as much as the others, which is as if all legs switched; or as
-/// a trace found; where neither says anything and dead time is learned, the one that leaves the
-/// least residual over the log's first ten seconds, if that is clear; else all legs switch. `effects` and `modulation`
-/// of the configuration are not looked at.
+/// a trace found; where neither says anything and dead time is learned, the one that leaves the least residual over the
+/// log's first ten seconds, if that is clear; else all legs switch. `effects` and `modulation` of the configuration are
+/// not looked at.
 dqw_modulation modulation_of(const Log& log, const dqw_estimator_config& config, const std::vector<TraceInput>& inputs);
 
 /// A line where that was found, or is not as the log says; else empty.

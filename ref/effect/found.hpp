@@ -35,5 +35,14 @@ struct TraceInput {
     std::vector<std::int16_t> map = {};  ///< of a flux map: its table, as firmware has it
 };
 
+/// For people: all legs are taken to lose voltage, though the log says by its modulation that one rests.
+inline std::string loses_at_rest_text(const std::string& said)
+{
+    return "modulation " + said +
+           ", as the log says, and its leg that rests loses voltage like the others, as where bipolar switches "
+           "conduct: "
+           "all are taken to lose it, and firmware learns it with modulation centred";
+}
+
 }  // namespace dqw
 #endif

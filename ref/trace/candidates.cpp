@@ -189,7 +189,7 @@ void dead_time_candidates(const std::vector<Log>& logs, double i_base_A, bool an
         }
     // Without an angle a modulation is sought where a dead time was found.
     if (!angle || averaged) return;
-    if (!stated.empty() && modulation_named(stated) != Modulation::centred) add(Modulation::centred, 0.02, 0.0);
+    if (states_a_rest(logs)) add(Modulation::centred, 0.02, 0.0);
     if (!stated.empty()) return;
     for (const Modulation m : {Modulation::clamped_low, Modulation::clamped_high, Modulation::clamped_60})
         add(m, 0.02, 0.0);

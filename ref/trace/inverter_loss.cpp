@@ -33,8 +33,7 @@ double half_of(LossLaw law)
 /// Whether the legs' losses are another matter than their pulses: one rests, and loses as much as those that switch.
 bool loses_at_rest(const TraceSetup& setup, const Input& input)
 {
-    const std::string said = stated_modulation(*setup.logs);
-    return !said.empty() && input.modulation == Modulation::centred && modulation_named(said) != Modulation::centred;
+    return input.modulation == Modulation::centred && states_a_rest(*setup.logs);
 }
 
 Refined with_law(const TraceSetup& setup, const Model& model, const Refined& found, LossLaw law)
@@ -95,6 +94,12 @@ std::string stated_modulation(const std::vector<Log>& logs)
     return logs.front().modulation == "unknown" ? "" : logs.front().modulation;
 }
 
+bool states_a_rest(const std::vector<Log>& logs)
+{
+    const std::string said = stated_modulation(logs);
+    return !said.empty() && modulation_named(said) != Modulation::centred;
+}
+
 double link_to_fit_V(const std::vector<Log>& logs)
 {
     if (everywhere(logs, &Log::v_dc_V)) return 0.0;
@@ -127,11 +132,10 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
         found = std::move(best);
     }
     const Input& loss = dead_time_of(found.point)->input;
-    if (const std::string said = stated_modulation(*setup.logs); !said.empty() &&
-                                                                 modulation_named(said) != Modulation::centred &&
-                                                                 !loss.averaged && loss.law != Law::dead_given_back) {
+    if (states_a_rest(*setup.logs) && !loss.averaged && loss.law != Law::dead_given_back) {
         const bool all = loss.modulation == Modulation::centred;
-        Refined other = with_modulation(model, found, all ? modulation_named(said) : Modulation::centred, 0.0);
+        const Modulation said = modulation_named(stated_modulation(*setup.logs));
+        Refined other = with_modulation(model, found, all ? said : Modulation::centred, 0.0);
         const Refined &as_said = all ? other : found, &at_rest = all ? found : other;
         const bool confirms = as_said.ok && at_rest.ok && leads(at_rest, as_said) &&
                               confirmed(model, better(model, as_said.left, at_rest.left));

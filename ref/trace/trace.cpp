@@ -259,13 +259,9 @@ void say_inverter(const Point& at, TraceEffect& effect)
 /// A leg that rests, and loses as much as those that switch.
 void say_rest(const TraceSetup& setup, const Point& at, std::vector<std::string>& notes)
 {
-    const std::string said = stated_modulation(*setup.logs);
     for (const Term& t : at.terms)
-        if (is_dead_time(t.input.law) && !said.empty() && t.input.modulation != modulation_named(said))
-            notes.push_back("dead time: modulation " + said +
-                            ", as the log says, and its leg that rests loses voltage "
-                            "like the others, as where bipolar switches conduct; firmware learns it with modulation " +
-                            name_of(t.input.modulation));
+        if (is_dead_time(t.input.law) && t.input.modulation == Modulation::centred && states_a_rest(*setup.logs))
+            notes.push_back("dead time: " + loses_at_rest_text(stated_modulation(*setup.logs)));
 }
 
 /// What of settled points' effects is in no parameter: by which law iron loses, in which order rows warmed.

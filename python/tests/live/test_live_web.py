@@ -181,6 +181,18 @@ def test_a_parquet_log_is_the_rows(healthy: Path, tmp_path: Path, monkeypatch: p
     assert np.array_equal(read, np.array([r["v_q_V"] for r in rows]))
     fitted = dqwatch.fit(pq.read_table(files[2]), pole_pairs=4)
     assert fitted.parameters["psi_Wb"].value == pytest.approx(0.02, rel=0.05)
+    # A run without a state begins at row 0, and takes nothing of the log that is there but the file of its rows' name.
+    anew = ParquetSink(tmp_path, 10**9)
+    anew.rows(motor, {"t_s": np.array([0.0, 3.0]), "v_q_V": np.zeros(2)}, 0)
+    assert sorted((tmp_path / "motor=m").glob("*.parquet")) == files
+    # Goes on from a state that is older than its log: rows that come again are there once.
+    start = int(files[3].stem) + 10
+    times = np.concatenate([pq.read_table(f)["t_s"].to_numpy() for f in files[3:]])
+    again = ParquetSink(tmp_path, 10**9)
+    again.rows(motor, {"t_s": times[10:], "v_q_V": np.zeros(len(times) - 10)}, start)
+    again.close()
+    files = sorted((tmp_path / "motor=m").glob("*.parquet"))
+    assert np.array_equal(np.concatenate([pq.read_table(f)["t_s"].to_numpy() for f in files[3:]]), times)
     # No disk: said, and the rows that were lost.
     blocked = ParquetSink(tmp_path / "motor=m" / files[0].name, 10**9)
     block = {"t_s": np.array([0.0, 3.0]), "v_d_V": np.zeros(2)}

@@ -61,9 +61,10 @@ class ParquetSink:
         path = folder / f"{first:015d}.parquet"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if motor.slug not in self._begun:
+            # Without a state before it a log that is there is another run's.
+            if motor.slug not in self._begun and first > 0:
                 _cut(folder, first, float(blocks[0]["t_s"][0]))
-                self._begun.add(motor.slug)
+            self._begun.add(motor.slug)
             fresh = path.with_suffix(".new")
             pq.write_table(table, fresh, compression="zstd")
             os.replace(fresh, path)
