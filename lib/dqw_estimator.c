@@ -75,6 +75,12 @@ static dead_input dead_time(dqw_estimator *e, const dqw_sample *s)
     return x;
 }
 
+// A pair's, of its two samples: what follows the currents late is taken ahead by as much of its own step. (E60)
+static float joined(const dqw_estimator *e, float before, float now)
+{
+    return now + before + e->lead * (now - before);
+}
+
 // In the order of the numbers, as integers.
 static int32_t ordered(float x)
 {
@@ -111,7 +117,7 @@ static void leave_out(const dqw_estimator *e, const dqw_sample *s, const dead_in
         if ((legs >> k & 1u) == 0) continue;
         const float d = c * alpha[k] + n * beta[k];
         const float q = c * beta[k] - n * alpha[k];
-        const float sign = x->sign[k] + e->dead_sign[k];
+        const float sign = joined(e, e->dead_sign[k], x->sign[k]);
         dead[0] -= sign * d;
         dead[1] -= sign * q;
         dead[2] -= 2.0f * d;
@@ -144,7 +150,7 @@ static void gather(dqw_estimator *e, const dqw_sample *s, const dead_input *x)
 {
     const float step_d_A = s->i_d_A - e->i_d_A;
     const float step_q_A = s->i_q_A - e->i_q_A;
-    float dead[4] = {x->d + e->dead_d, x->q + e->dead_q, 0.0f, 0.0f};
+    float dead[4] = {joined(e, e->dead_d, x->d), joined(e, e->dead_q, x->q), 0.0f, 0.0f};
     if (e->modulation != (uint8_t)DQW_MODULATION_CENTRED) leave_out(e, s, x, dead);
     const float pair[DQW_PLAIN_SIGNALS] = {
         e->v_d_V,
@@ -215,6 +221,7 @@ static void take_given(dqw_estimator *e)
     e->step_A_per_V[0] = e->given.step_A_per_V[0];
     e->step_A_per_V[1] = e->given.step_A_per_V[1];
     e->follow = e->given.follow;
+    e->lead = 2.0f / e->follow - 2.0f;
     if (e->given.noise_anew) dqw_noise_init(&e->noise);
     e->given_ready = false;
 }

@@ -115,6 +115,7 @@ typedef struct dqw_estimator {
     float dead_slope_inv_A;
     float slow_d_A, slow_q_A;       ///< currents as dead time's input takes them
     float step_A_per_V[2], follow;  ///< as given last
+    float lead;                     ///< twice the periods by which those currents are late
     uint32_t halves;                ///< halves of a window since init: the time
     uint8_t missed;                 ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;

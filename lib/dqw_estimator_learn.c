@@ -31,8 +31,10 @@
 #define NOISE_PART_MAX 0.05f
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
-// Currents are followed so fast that the noise left is about as wide as the step that dead time makes of them.
-#define FOLLOW 0.7f
+// Currents are followed the slower, in periods, the wider their noise is beside the step that dead time makes of them:
+// fast ones near that step are lost as noise is, the one as soon as the other at this part. And no slower than so. (E60)
+#define FOLLOW 0.35f
+#define LATE_MOST 2.0f
 // An inductance is handed to the interrupt where its deviation is below this part of it; beyond this ratio to the one
 // in use, either way, the noise was measured with a wrong one.
 #define PUBLISHED_SD 0.2f
@@ -207,7 +209,8 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
     }
     if (e->dead_time_width_A > 0.0f) {
         const float sd = sqrtf(0.5f * dqw_noise_variance(b->noise.i_d_A2 + b->noise.i_q_A2));
-        g->follow = e->dead_time_width_A / (e->dead_time_width_A + FOLLOW * sd);
+        const float late = FOLLOW * sd / e->dead_time_width_A;
+        g->follow = 1.0f / (1.0f + (late < LATE_MOST ? late : LATE_MOST));
     }
     g->noise_anew = noise_anew;
     *(volatile bool *)&e->given_ready = true;

@@ -52,11 +52,8 @@ static void inputs(const dqw_estimator *e, const dqw_estimator_block *b, const d
     x_q[dqw_estimator_cross(e, Q)] += p * m->wi_d_A_rad_s;
     x_q[DQW_PSI] = p * m->w_m_rad_s;
     if (dqw_estimator_has_dead_time(e)) {
-        // Dead time's input saw the currents late: on average that is its mean slope times the delay times the
-        // current's.
-        const float late_s_A = b->dead_slope_inv_A * e->config->dt_s * (1.0f / b->follow - 1.0f);
-        x_d[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS] + late_s_A * m->di_d_A_s;
-        x_q[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 1] + late_s_A * m->di_q_A_s;
+        x_d[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS];
+        x_q[DQW_DEAD_TIME] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 1];
         x_d[DQW_DEAD_CONSTANT] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 2];
         x_q[DQW_DEAD_CONSTANT] = 0.5f * b->sum[DQW_BLOCK_SIGNALS + 3];
     }

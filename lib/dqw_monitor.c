@@ -16,12 +16,12 @@
 #define KNOWN_PART 0.2f
 #define KNOWN_PART_FLUX 0.4f
 #define KNOWN_PART_WITNESS 0.5f
-// One about zero, known to so many bands, shows what any fault may make of it: ten.
+// Known to so many bands it shows what any fault may make of it: five deviations, with the healthy value's, are ten.
 #define KNOWN_BANDS 1.5f
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
 #define HOTTEST_KEPT 0.99999f
-// A parameter is known well enough to be watched.
-#define SERVICE_SD 0.1f
+// A parameter is five deviations from nought: the model holds.
+#define SERVICE_SD 0.2f
 // A residual counts as at least 0.2 % of the base.
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Confidence of what needs no pattern.
@@ -234,22 +234,19 @@ static void settle(dqw_monitor *m, int channel)
         if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy(m, channel, 0.0f);
         return;
     }
-    // What is half out of its band already may be a fault that begins.
-    if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
-    const uint8_t looks = m->watch.looks[channel];
     const float band = dqw_monitor_band_of(m, channel);
-    const bool known_well = x.sd < known_part(channel) * band;
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const float enough = dqw_watch_is_part(channel) ? SERVICE_SD * x.now : KNOWN_BANDS * band;
-    const bool known_now = known_well || x.sd < enough;
-    if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
-    if (!known_now && looks != 0) return;
+    const enum dqw_watch_known known = x.sd < known_part(channel) * band ? DQW_WATCH_KNOWN_WELL
+                                       : x.sd < KNOWN_BANDS * band       ? DQW_WATCH_KNOWN
+                                                                         : DQW_WATCH_NOT_KNOWN;
+    const uint8_t looks = dqw_watch_settle(&m->watch, channel, known, deviation_q5(m, channel));
+    if (looks == 0) return;
     const float before = m->healthy.weight[channel <= DQW_WATCH_PSI ? channel : 0];
-    dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)(looks + 1));
+    dqw_monitor_move_healthy(m, channel, 1.0f - 1.0f / (float)looks);
     // What temperatures count from was no surer than that.
-    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
+    if (looks > DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
     if (channel == DQW_WATCH_R) m->healthy.cold_R_ohm *= m->healthy.weight[channel] / before;
     if (channel == DQW_WATCH_PSI) m->healthy.cold_psi_Wb *= m->healthy.weight[channel] / before;
 }

@@ -126,14 +126,31 @@ void dqw_watch_rest(dqw_watch *w)
     w->resting = true;
 }
 
-bool dqw_watch_settles(const dqw_watch *w, int channel)
+static bool settles(const dqw_watch *w, int channel)
 {
     return w->looks[channel] != DQW_WATCH_LOOKS_MOST && w->change[channel].sum_q5 == 0;
 }
 
+uint8_t dqw_watch_settle(dqw_watch *w, int channel, enum dqw_watch_known known, int32_t deviation_q5)
+{
+    const uint8_t coarse = DQW_WATCH_LOOKS_COARSE;
+    const bool well = known == DQW_WATCH_KNOWN_WELL;
+    uint8_t looks = w->looks[channel];
+    if (well && looks <= coarse)
+        looks = coarse;
+    // What is half out of its band already may be a fault that begins.
+    else if (!settles(w, channel) || 2 * deviation_q5 > DQW_CHANGE_BAND_Q5 || (!well && looks > coarse))
+        return 0;
+    else if (known == DQW_WATCH_NOT_KNOWN)
+        return looks == 0;
+    if (well || looks < coarse) looks++;
+    w->looks[channel] = looks;
+    return well ? (uint8_t)(looks - coarse) : looks;
+}
+
 bool dqw_watch_friction_settles(dqw_watch *w)
 {
-    if (!dqw_watch_settles(w, DQW_WATCH_FRICTION)) return false;
+    if (!settles(w, DQW_WATCH_FRICTION)) return false;
     w->looks[DQW_WATCH_FRICTION] = w->reversals < DQW_WATCH_REVERSALS_MOST ? 0 : DQW_WATCH_LOOKS_MOST;
     return true;
 }

@@ -18,8 +18,10 @@ extern "C" {
 
 /// Blocks between two looks at every channel.
 #define DQW_WATCH_TICK_BLOCKS 16
-/// Looks over which a healthy value is a mean at most; that it needs; and over which neighbouring looks are alike.
+/// Looks over which a healthy value is a mean at most; of coarse ones, which its first well known one replaces; that it
+/// needs; and over which neighbouring looks are alike.
 #define DQW_WATCH_LOOKS_MOST UINT8_MAX
+#define DQW_WATCH_LOOKS_COARSE 63
 #define DQW_WATCH_LOOKS_LEAST 20
 #define DQW_WATCH_LOOKS_ALIKE 20
 /// Healthy values follow the temperature every so many halves of a window, a power of two.
@@ -99,9 +101,13 @@ void dqw_watch_enter(dqw_watch *w);
 /// Watch nothing for a while, healthy values are taken meanwhile: after an event.
 void dqw_watch_rest(dqw_watch *w);
 
-/// May the healthy value of a channel, below DQW_WATCH_FRICTION, still settle? Not once it stands, nor while it seems
-/// to change.
-bool dqw_watch_settles(const dqw_watch *w, int channel);
+/// How well a channel is known for its healthy value to be learned.
+enum dqw_watch_known { DQW_WATCH_NOT_KNOWN = 0, DQW_WATCH_KNOWN, DQW_WATCH_KNOWN_WELL };
+
+/// A look at a channel below DQW_WATCH_FRICTION: its healthy value settles, unless it stands or seems to change. What
+/// coarse looks made is off by what they were: the first at which it is known well takes their place.
+/// Returns  looks that the healthy value is the mean of, with this one; 0 where it stays as it is
+uint8_t dqw_watch_settle(dqw_watch *w, int channel, enum dqw_watch_known known, int32_t deviation_q5);
 
 /// The same of friction, which is a mean already: it stands as it is when its memory is full.
 bool dqw_watch_friction_settles(dqw_watch *w);

@@ -102,19 +102,11 @@ typedef struct {
     int32_t sign_q15[3];  // of the phases' currents: |.| < 2^16
 } dead_input;
 
-// A sample's joins that of the sample before.
-static int32_t joined(int32_t *before_q15, int32_t now_q15)
+// A pair's, of its two samples: what follows the currents late is taken ahead by as much of its own step. (E60)
+// |now - before| below 2.7, the lead below 4
+static int32_t joined(const dqw_estimator_q15 *e, int32_t before_q15, int32_t now_q15)
 {
-    const int32_t both_q15 = *before_q15 + now_q15;
-    *before_q15 = now_q15;
-    return both_q15;
-}
-
-static int32_t joined_sign(int16_t *before_q15, int32_t now_q15)
-{
-    const int32_t both_q15 = *before_q15 + now_q15;
-    *before_q15 = (int16_t)now_q15;
-    return both_q15;
+    return before_q15 + now_q15 + dqw_q_floor32((now_q15 - before_q15) * e->lead_q12, 12);
 }
 
 // tanh to 1e-3, bounded by 1, of a current: its continued fraction to the fifth term, with u the current over 3.6
@@ -165,14 +157,20 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input 
     const int32_t a = soft_sign(e->wide_q28, e->per_wide, alpha);
     const int32_t b = soft_sign(e->wide_q28, e->per_wide, beta - half);
     const int32_t c = soft_sign(e->wide_q28, e->per_wide, -half - beta);
-    x->sign_q15[0] = joined_sign(&e->dead_sign_q15[0], a);
-    x->sign_q15[1] = joined_sign(&e->dead_sign_q15[1], b);
-    x->sign_q15[2] = joined_sign(&e->dead_sign_q15[2], c);
+    const int32_t sign_q15[3] = {a, b, c};
+    for (int k = 0; k < 3; k++) {
+        x->sign_q15[k] = joined(e, e->dead_sign_q15[k], sign_q15[k]);
+        e->dead_sign_q15[k] = (int16_t)sign_q15[k];
+    }
     // |.| <= 4/3, products below 2^30.5
     const int32_t lost_alpha = dqw_q_round32((2 * a - b - c) * THIRD_Q15, 15);
     const int32_t lost_beta = dqw_q_round32((b - c) * INV_SQRT3_Q15, 15);
-    x->d_q15 = joined(&e->dead_d_q15, dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15));
-    x->q_q15 = joined(&e->dead_q_q15, dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15));
+    const int32_t d_q15 = dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15);
+    const int32_t q_q15 = dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15);
+    x->d_q15 = joined(e, e->dead_d_q15, d_q15);
+    x->q_q15 = joined(e, e->dead_q_q15, q_q15);
+    e->dead_d_q15 = d_q15;
+    e->dead_q_q15 = q_q15;
     // How much of it the current's noise moves, on average: what tanh gains at this current, 1 - tanh^2 of what it
     // gains at none. One sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return;
@@ -218,9 +216,10 @@ static void leave_out(const dqw_estimator_q15 *e, const dqw_sample_q15 *s, const
         // Twice the direction is below 2.1, two thirds of that below 1.4; what is left of dead time's below 2.8.
         const int32_t d_q15 = dqw_q_round32(c * alpha_q15[k] + n * beta_q15[k], 15);
         const int32_t q_q15 = dqw_q_round32(c * beta_q15[k] - n * alpha_q15[k], 15);
-        const int32_t sign_q15 = dqw_q_floor32(x->sign_q15[k], 1);
-        dead_q15[0] -= dqw_q_round32(sign_q15 * d_q15, 15);
-        dead_q15[1] -= dqw_q_round32(sign_q15 * q_q15, 15);
+        // and a pair's sign below 10
+        const int32_t sign_q12 = dqw_q_round32(x->sign_q15[k], 4);
+        dead_q15[0] -= dqw_q_round32(sign_q12 * d_q15, 12);
+        dead_q15[1] -= dqw_q_round32(sign_q12 * q_q15, 12);
         dead_q15[2] -= d_q15;
         dead_q15[3] -= q_q15;
     }
@@ -283,6 +282,7 @@ static void take_given(dqw_estimator_q15 *e)
     e->step_q15[0] = e->given.step_q15[0];
     e->step_q15[1] = e->given.step_q15[1];
     e->follow_q15 = e->given.follow_q15;
+    e->lead_q12 = e->given.lead_q12;
     if (e->given.noise_anew) dqw_noise_init_q15(&e->noise);
     e->given.ready = false;
 }

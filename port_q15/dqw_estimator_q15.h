@@ -92,14 +92,15 @@ typedef struct dqw_estimator_q15_handed {
     uint32_t number;               ///< of the half, since init: the time
     uint16_t rows;                 ///< in the noise's sums
     uint16_t slopes;               ///< in their sum, up to 1024
-    uint16_t follow_q15;           ///< how fast dead time's input follows the currents, 1 .. 32768
+    uint16_t follow_q15;           ///< how fast dead time's input follows the currents, 10923 .. 32768
     int16_t cosine_q15, sine_q15;  ///< of the electrical angle at its end; 0 and 0: not known
 } dqw_estimator_q15_handed;
 
 /// What the background gives back: taken over at a half's end.
 typedef struct dqw_estimator_q15_given {
     int16_t step_q15[2];  ///< part of the full current that the full voltage moves in a period, d and q: dt/L
-    uint16_t follow_q15;  ///< how fast dead time's input follows the currents, 1 .. 32768
+    uint16_t follow_q15;  ///< how fast dead time's input follows the currents, 10923 .. 32768,
+    uint16_t lead_q12;    ///< and twice the periods by which it is late for that, up to 4
     bool noise_anew;      ///< the noise was measured with another dt/L
     bool ready;
 } dqw_estimator_q15_given;
@@ -143,6 +144,7 @@ typedef struct dqw_estimator_q15 {
     dqw_noise_q15 noise;
     dqw_window_q15 window;
     uint16_t follow_q15;  ///< as given last
+    uint16_t lead_q12;    ///< as given last
     uint8_t missed;       ///< halves lost because the background came too late, up to 255
     uint8_t modulation;   ///< as configured, tried or found: the background writes it
     // Handed over beside the window's part, while window.over.pending: the background's.

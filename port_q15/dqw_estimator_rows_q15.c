@@ -57,11 +57,7 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
     const int32_t di_q28[] = {m->di_d, m->di_q};
     const int32_t wi_q28[] = {m->wi_d, m->wi_q};
     const int32_t flux = dqw_q_times32(u->psi_q40, m->w_m, -40);
-    // Dead time's input saw the currents late: on average that is its mean slope times the delay times the current's.
     const bool dead_time = dqw_estimator_has_dead_time_q15(e);
-    const int64_t late_q24 = dead_time ? dqw_q_quotient64(dead_slope_q24(b, u) * (ONE_Q15 - b->with.follow_q15),
-                                                          b->with.follow_q15, 0)
-                                       : 0;
     for (int axis = 0; axis < 2; axis++) {
         int32_t *x = r->x_q28[axis];
         const int other = 1 - axis;
@@ -72,9 +68,8 @@ static void inputs(const dqw_estimator_q15 *e, const dqw_estimator_q15_block *b,
         x[dqw_estimator_cross_q15(e, axis)] = across;
         if (axis == Q || dqw_estimator_has_psi_q_q15(e)) x[axis == Q ? DQW_PSI : DQW_PSI_Q] = flux;
         if (!dead_time) continue;
-        x[DQW_DEAD_TIME] = dqw_q31_sat(
-            dqw_q_quotient64(b->sums[DQW_BLOCK_Q15_SIGNALS + axis], (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12) +
-            dqw_q_times64(late_q24, di_q28[axis], -24));
+        x[DQW_DEAD_TIME] = dqw_q_quotient32(b->sums[DQW_BLOCK_Q15_SIGNALS + axis],
+                                            (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12);
         x[DQW_DEAD_CONSTANT] = dqw_q_quotient32(b->sums[DQW_BLOCK_Q15_SIGNALS + 2 + axis],
                                                 (int64_t)DQW_DEAD_TIME_Q15_PARTS * b->weight, 12);
     }

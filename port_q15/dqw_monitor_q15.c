@@ -12,12 +12,12 @@
 #define KNOWN_PART_Q15 6554
 #define KNOWN_PART_FLUX_Q15 13107
 #define KNOWN_PART_WITNESS_Q15 16384
-// One about zero, known to 1.5 bands, shows what any fault may make of it: ten.
+// Known to 1.5 bands it shows what any fault may make of it: five deviations, with the healthy value's, are ten.
 #define KNOWN_BANDS_Q15 49152
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms: a part of 1e-5.
 #define HOTTEST_FORGETS 100000
-// A parameter is known well enough to be watched: deviation within a tenth.
-#define SERVICE_PARTS 10
+// A parameter is so many deviations from nought: the model holds.
+#define SERVICE_PARTS 5
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 // A pattern of less confidence is no name while the residual is above the threshold, and is waited for elsewhere.
@@ -354,26 +354,22 @@ static void settle(dqw_monitor_q15 *m, int channel)
         if (dqw_watch_friction_settles(&m->watch)) dqw_monitor_move_healthy_q15(m, channel, 1);
         return;
     }
-    // What is half out of its band already may be a fault that begins.
-    if (!dqw_watch_settles(&m->watch, channel) || 2 * deviation_q5(m, channel) > DQW_CHANGE_BAND_Q5) return;
-    const uint8_t looks = m->watch.looks[channel];
     const int32_t part_q15 = channel >= DQW_WATCH_OFFSET ? KNOWN_PART_WITNESS_Q15
                              : channel == DQW_WATCH_PSI  ? KNOWN_PART_FLUX_Q15
                                                          : KNOWN_PART_Q15;
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
     const int32_t band = dqw_monitor_band_of_q15(m, channel);
-    const bool known_well = within_part(x.sd, part_q15, band);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned.
-    const bool known_now = known_well ||
-                           (dqw_watch_is_part(channel) ? !is_apart(m, channel) && is_known(m, dqw_watch_weight(channel))
-                                                       : within_part(x.sd, KNOWN_BANDS_Q15, band));
-    if (known_well || (known_now && looks < DQW_WATCH_LOOKS_MOST - 1)) m->watch.looks[channel]++;
-    if (!known_now && looks != 0) return;
+    enum dqw_watch_known known = DQW_WATCH_NOT_KNOWN;
+    if (within_part(x.sd, KNOWN_BANDS_Q15, band)) known = DQW_WATCH_KNOWN;
+    if (within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;
+    const uint8_t looks = dqw_watch_settle(&m->watch, channel, known, deviation_q5(m, channel));
+    if (looks == 0) return;
     const int32_t before = m->healthy.weight_q24[channel <= DQW_WATCH_PSI ? channel : 0];
-    dqw_monitor_move_healthy_q15(m, channel, looks + 1);
+    dqw_monitor_move_healthy_q15(m, channel, looks);
     // What temperatures count from was no surer than that.
-    if (looks >= DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
+    if (looks > DQW_WATCH_LOOKS_LEAST || m->config->commissioned) return;
     if (channel == DQW_WATCH_R) recount(&m->healthy.cold_R_q24, m->healthy.weight_q24[channel], before);
     if (channel == DQW_WATCH_PSI) recount(&m->healthy.cold_psi_q24, m->healthy.weight_q24[channel], before);
 }

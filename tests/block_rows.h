@@ -94,9 +94,7 @@ static inline rows_si block_rows(block_si b, const rows_with *w)
             r.speed[a] = sign * mean * p * p * b.i_A[o] * b.noise_rad2_s2;
         }
         if (w->width_A <= 0) continue;
-        // The current that dead time's input followed was late by so long.
-        const double late_s = T * (1 - b.follow) / b.follow;
-        r.x[a][DQW_DEAD_TIME] = b.dead[a] + b.slope_inv_A * late_s * b.di_A_s[a];
+        r.x[a][DQW_DEAD_TIME] = b.dead[a];
         r.x[a][DQW_DEAD_CONSTANT] = b.constant[a];
         // White noise behind y += f (x - y) has f / (2 - f) of its power.
         const double left = var * b.follow / (2 - b.follow);

@@ -13,7 +13,7 @@ namespace dqw {
 namespace {
 
 /// Up to this part of itself a parameter may be uncertain in service.
-constexpr double kKnown = 0.1;
+constexpr double kKnown = 0.2;
 constexpr std::size_t kMostTold = 5;
 
 struct Help {

@@ -331,7 +331,7 @@ typedef struct law {
         (float)R_TRUE, (float)LD_TRUE, (float)LQ_TRUE                                                                  \
     }
 static const law laws[] = {
-    {DQW_EFFECT_DEAD_TIME, "dead_time", 1, {4}, 0.3, {0.3f}, {0.349, 0.268}, {0.226, 0.132}, 78.7},
+    {DQW_EFFECT_DEAD_TIME, "dead_time", 1, {4}, 0.3, {0.3f}, {0.349, 0.268}, {0.226, 0.14}, 78.7},
     {DQW_EFFECT_SATURATION,
      "saturation",
      5,

@@ -174,7 +174,7 @@ static void alike(double expected, double value, double room, const char *what)
     test_between(expected - room, value, expected + room, what, __LINE__);
 }
 
-// What the interrupt takes: dt/L where that is known to a fifth, and (E60)'s w/(w + 0.7 sd).
+// What the interrupt takes: dt/L where that is known to a fifth, and (E60)'s 1/(1 + 0.35 sd/w), a third at least.
 static void published(const dqw_estimator *before, const dqw_estimator_block *b)
 {
     HOLDS(e.given_ready);
@@ -190,7 +190,7 @@ static void published(const dqw_estimator *before, const dqw_estimator_block *b)
     HOLDS(e.given.noise_anew == anew);
     const double sd = sqrt((double)(b->noise.i_d_A2 + b->noise.i_q_A2) / 2);
     const double width = (double)config.dead_time_width_A;
-    alike(width / (width + 0.7 * sd), (double)e.given.follow, 1e-6, "follow");
+    alike(fmax(width / (width + 0.35 * sd), 1.0 / 3), (double)e.given.follow, 1e-6, "follow");
 }
 
 static void shown(int blocks, test_random *r, int *learned)

@@ -156,24 +156,36 @@ static int32_t q5(double bands) { return bands > 0 ? (int32_t)(32 * fmin(bands, 
 static void settle(dqw_monitor *m, int channel)
 {
     if (dqw_watch_is_map(channel)) return;
-    if (m->watch.looks[channel] == 255 || m->watch.change[channel].sum_q5 != 0) return;
     if (channel == DQW_WATCH_FRICTION) {
+        if (m->watch.looks[channel] == 255 || m->watch.change[channel].sum_q5 != 0) return;
         m->watch.looks[channel] = m->watch.reversals < DQW_WATCH_REVERSALS_MOST ? 0 : 255;
         m->healthy.friction_Nm = m->friction_Nm;
         return;
     }
-    if (q5(off_bands(m, channel)) > 16) return;
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
+    const double sd = (double)x.sd;
     const double part = channel >= DQW_WATCH_OFFSET ? 0.5 : channel == DQW_WATCH_PSI ? 0.4 : 0.2;
-    const int looks = m->watch.looks[channel];
-    const bool well = (double)x.sd < part * band_of(m, channel);
-    // A part of itself, or of a band where it is about zero.
-    const bool less = (double)x.sd < (channel <= DQW_WATCH_PSI ? 0.1 * value(m, channel) : 1.5 * band_of(m, channel));
-    if (well || (less && looks < 254)) m->watch.looks[channel]++;
-    if (!well && !less && looks != 0) return;
+    const bool well = sd < part * band_of(m, channel);
+    uint8_t *looks = &m->watch.looks[channel];
+    // 63 coarse ones at most; the first that is known well is taken whatever it is, and counts for 64.
+    int n = 1;
+    if (well && *looks <= 63) {
+        *looks = 64;
+    } else {
+        if (*looks == 255 || m->watch.change[channel].sum_q5 != 0 || q5(off_bands(m, channel)) > 16) return;
+        if (well) {
+            n = ++*looks - 63;
+        } else if (*looks > 63) {
+            return;
+        } else if (sd < 1.5 * band_of(m, channel)) {
+            n = *looks < 63 ? ++*looks : 63;
+        } else if (*looks != 0) {
+            return;
+        }
+    }
     const double before = channel <= DQW_WATCH_PSI ? (double)m->healthy.weight[channel] : 0;
-    const double take = 1.0 / (looks + 1);
+    const double take = 1.0 / n;
     if (channel < DQW_WATCH_OFFSET) {
         m->healthy.weight[channel] += (float)(take * (value(m, channel) - (double)m->healthy.weight[channel]));
     } else {
@@ -181,7 +193,7 @@ static void settle(dqw_monitor *m, int channel)
         m->healthy.re[k] += (float)(take * (double)(m->witness.re[k] - m->healthy.re[k]));
         m->healthy.im[k] += (float)(take * (double)(m->witness.im[k] - m->healthy.im[k]));
     }
-    if (looks >= 20 || config.commissioned) return;
+    if (n > 20 || config.commissioned) return;
     const double by = channel <= DQW_WATCH_PSI ? (double)m->healthy.weight[channel] / before : 1;
     if (channel == DQW_WATCH_R) m->healthy.cold_R_ohm *= (float)by;
     if (channel == DQW_WATCH_PSI) m->healthy.cold_psi_Wb *= (float)by;

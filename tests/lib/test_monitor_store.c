@@ -66,7 +66,7 @@ static const dqw_monitor_stored *stored(void)
             HOLDS(memcmp(&now, &untouched, sizeof now) == 0);
         }
     }
-    BETWEEN(0.8, at_s, 1.2);  // service, 20 looks
+    BETWEEN(0.5, at_s, 0.8);  // service, and what is known well
     HOLDS(dqw_monitor_store(&m, &healthy));
     every_value_comes_back(&m);
     HOLDS(!dqw_monitor_store(&m, NULL) && !dqw_monitor_store(NULL, &healthy));
@@ -210,7 +210,7 @@ static void test_a_restored_monitor_watches_at_once(void)
     // It can be stored again at once.
     dqw_monitor_stored again;
     HOLDS(dqw_monitor_store(&m, &again));
-    const dqw_sim_scenario just_in_service = joint(o.service_s + 0.1);
+    const dqw_sim_scenario just_in_service = joint(o.service_s + 0.01);
     for (int known = 0; known < 2; known++) {
         (void)after_power_cycle(&just_in_service, known ? given : NULL, &m, &c);
         CASE("known %d", known);

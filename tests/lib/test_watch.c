@@ -238,7 +238,9 @@ static void test_what_is_an_alarm(void)
                 CASE("channel %d, %d bands, %d looks", channel, bands, k);
                 HOLDS(w.alarms == (a_look * k >= 5 ? 1u << channel : 0u));
                 HOLDS(dqw_watch_since(&w, channel) == (a_look > 0 ? k : 0));
-                HOLDS(dqw_watch_settles(&w, channel < DQW_WATCH_TEMPERATURE ? channel : 0) ==
+                const int settling = channel < DQW_WATCH_TEMPERATURE ? channel : 0;
+                w.looks[settling] = DQW_WATCH_LOOKS_LEAST;
+                HOLDS((dqw_watch_settle(&w, settling, DQW_WATCH_KNOWN, 0) != 0) ==
                       (channel >= DQW_WATCH_TEMPERATURE || a_look == 0));
             }
             // Of a ripple no segment tells anything.
@@ -342,11 +344,37 @@ static void test_what_stands(void)
         HOLDS(w.looks[DQW_WATCH_FRICTION] == (k == DQW_WATCH_REVERSALS_MOST ? DQW_WATCH_LOOKS_MOST : 0));
     }
     HOLDS(!dqw_watch_friction_settles(&w));
-    // A healthy value that takes no more looks does not settle.
-    w.looks[DQW_WATCH_R] = DQW_WATCH_LOOKS_MOST - 1;
-    HOLDS(dqw_watch_settles(&w, DQW_WATCH_R));
-    w.looks[DQW_WATCH_R] = DQW_WATCH_LOOKS_MOST;
-    HOLDS(!dqw_watch_settles(&w, DQW_WATCH_R));
+}
+
+// A mean of looks that are coarse at first: of the last 63; the first that is known well begins it anew, whatever the
+// change by then; of well known ones it is the mean of the next 192 in which nothing shows, and coarse ones count for
+// nothing any more.
+static void test_a_healthy_value_settles(void)
+{
+    dqw_watch w;
+    dqw_watch_init(&w);
+    const int half = DQW_CHANGE_BAND_Q5 / 2;
+    HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_NOT_KNOWN, 0) == 1 && w.looks[DQW_WATCH_LD] == 0);
+    for (int k = 1; k < 100; k++) {
+        const int looks = k < 63 ? k : 63;
+        CASE("coarse look %d", k);
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_NOT_KNOWN, 0) == (k == 1));
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN, half + 1) == 0);
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN, half) == looks && w.looks[DQW_WATCH_LD] == looks);
+    }
+    w.change[DQW_WATCH_LD].sum_q5 = 1;
+    HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN_WELL, 2 * half) == 1);
+    HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN_WELL, 0) == 0);
+    w.change[DQW_WATCH_LD].sum_q5 = 0;
+    for (int k = 2; k <= 192; k++) {
+        CASE("well known look %d", k);
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_NOT_KNOWN, 0) == 0);
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN, 0) == 0);
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN_WELL, half + 1) == 0);
+        HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN_WELL, half) == k);
+    }
+    HOLDS(w.looks[DQW_WATCH_LD] == DQW_WATCH_LOOKS_MOST);
+    HOLDS(dqw_watch_settle(&w, DQW_WATCH_LD, DQW_WATCH_KNOWN_WELL, 0) == 0 && w.looks[DQW_WATCH_R] == 0);
 }
 
 int main(void)
@@ -363,6 +391,7 @@ int main(void)
     RUN_TEST(test_what_a_look_begins_with);
     RUN_TEST(test_what_is_an_alarm);
     RUN_TEST(test_the_worst_alarm);
+    RUN_TEST(test_a_healthy_value_settles);
     RUN_TEST(test_why_nothing_is_watched);
     RUN_TEST(test_what_stands);
     return UNITY_END();

@@ -126,7 +126,9 @@ static void published(const dqw_estimator_q15 *before, const dqw_estimator_q15_b
     double variance = 0;
     for (int a = 0; a < 2; a++) variance -= (double)b->with.noise_q30[a] / (4 * 5000 * 1073741824.0);
     const double width = config.dead_time_width_mA / 1000.0 / I_FULL;
-    alike(width / (width + 0.7 * sqrt(variance)), e.given.follow_q15 / 32768.0, 1.5e-3, "follow");
+    const double late = fmin(0.35 * sqrt(variance) / width, 2);
+    alike(1 / (1 + late), e.given.follow_q15 / 32768.0, 1.5e-3, "follow");
+    alike(2 * late, e.given.lead_q12 / 4096.0, 8e-3, "lead");
 }
 
 static void shown(int blocks, test_random *r, int *learned)
