@@ -221,7 +221,7 @@ static void take_given(dqw_estimator *e)
     e->step_A_per_V[0] = e->given.step_A_per_V[0];
     e->step_A_per_V[1] = e->given.step_A_per_V[1];
     e->follow = e->given.follow;
-    e->lead = 2.0f / e->follow - 2.0f;
+    e->lead = e->given.lead;
     if (e->given.noise_anew) dqw_noise_init(&e->noise);
     e->given_ready = false;
 }

@@ -94,7 +94,7 @@ typedef struct dqw_estimator_handed {
 /// What the background hands back: taken over at a half's end.
 typedef struct dqw_estimator_given {
     float step_A_per_V[2];  ///< what a volt moves the currents in one period, d and q: dt/L
-    float follow;           ///< how fast dead time's input follows the currents
+    float follow, lead;     ///< how fast dead time's input follows the currents; twice the periods that it is late for that
     bool noise_anew;        ///< the noise was measured with a dt/L that is no longer believed
 } dqw_estimator_given;
 
@@ -114,8 +114,7 @@ typedef struct dqw_estimator {
     float dead_sign[3], dead_d, dead_q;           ///< signs of its phase currents, and dead time's input of them
     float dead_slope_inv_A;
     float slow_d_A, slow_q_A;       ///< currents as dead time's input takes them
-    float step_A_per_V[2], follow;  ///< as given last
-    float lead;                     ///< twice the periods by which those currents are late
+    float step_A_per_V[2], follow, lead;  ///< as given last
     uint32_t halves;                ///< halves of a window since init: the time
     uint8_t missed;                 ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;

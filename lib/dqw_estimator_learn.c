@@ -210,7 +210,8 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
     if (e->dead_time_width_A > 0.0f) {
         const float sd = sqrtf(0.5f * dqw_noise_variance(b->noise.i_d_A2 + b->noise.i_q_A2));
         const float late = FOLLOW * sd / e->dead_time_width_A;
-        g->follow = 1.0f / (1.0f + (late < LATE_MOST ? late : LATE_MOST));
+        g->lead = 2.0f * (late < LATE_MOST ? late : LATE_MOST);
+        g->follow = 2.0f / (2.0f + g->lead);
     }
     g->noise_anew = noise_anew;
     *(volatile bool *)&e->given_ready = true;

@@ -129,6 +129,7 @@ void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began
     std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.step_q15);
     std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.given.step_q15);
     e.follow_q15 = e.given.follow_q15 = before.given.follow_q15;
+    e.lead_q12 = e.given.lead_q12 = before.given.lead_q12;
     std::copy(std::begin(before.error_q56), std::end(before.error_q56), e.error_q56);
     for (int i = 0; i < DQW_ESTIMATOR_Q15_SCORES; ++i) {
         const auto parameter = static_cast<dqw_parameter>(i);
