@@ -220,8 +220,8 @@ static void take_given(dqw_estimator *e)
     if (!e->given_ready) return;
     e->step_A_per_V[0] = e->given.step_A_per_V[0];
     e->step_A_per_V[1] = e->given.step_A_per_V[1];
-    e->follow = e->given.follow;
     e->lead = e->given.lead;
+    e->follow = 2.0f / (2.0f + e->lead);
     if (e->given.noise_anew) dqw_noise_init(&e->noise);
     e->given_ready = false;
 }
@@ -242,7 +242,7 @@ static uint32_t end_half(dqw_estimator *e, const dqw_sample *s, bool good)
     h->sine = has_angle ? s->sine : 0.0f;
     h->noise = e->noise.of;
     h->dead_slope_inv_A = e->dead_slope_inv_A;
-    h->follow = e->follow;
+    h->lead = e->lead;
     h->number = e->halves;
     take_given(e);
     return DQW_EVENT_BLOCK;

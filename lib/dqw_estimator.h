@@ -85,16 +85,16 @@ typedef struct dqw_estimator_config {
 
 /// What goes with a half that the interrupt hands over.
 typedef struct dqw_estimator_handed {
-    float cosine, sine;              ///< of the electrical angle at its end; 0 and 0: not known
-    dqw_noise_variances noise;       ///< of the sensors
-    float dead_slope_inv_A, follow;  ///< mean slope of dead time's input; how fast that followed the currents
-    uint32_t number;                 ///< of the half, since init
+    float cosine, sine;            ///< of the electrical angle at its end; 0 and 0: not known
+    dqw_noise_variances noise;     ///< of the sensors
+    float dead_slope_inv_A, lead;  ///< mean slope of dead time's input; twice the periods that it followed late by
+    uint32_t number;               ///< of the half, since init
 } dqw_estimator_handed;
 
 /// What the background hands back: taken over at a half's end.
 typedef struct dqw_estimator_given {
     float step_A_per_V[2];  ///< what a volt moves the currents in one period, d and q: dt/L
-    float follow, lead;     ///< how fast dead time's input follows the currents; twice the periods that it is late for that
+    float lead;             ///< twice the periods by which dead time's input follows the currents late
     bool noise_anew;        ///< the noise was measured with a dt/L that is no longer believed
 } dqw_estimator_given;
 
@@ -113,10 +113,11 @@ typedef struct dqw_estimator {
     float cosine, sine;                           ///< its angle
     float dead_sign[3], dead_d, dead_q;           ///< signs of its phase currents, and dead time's input of them
     float dead_slope_inv_A;
-    float slow_d_A, slow_q_A;       ///< currents as dead time's input takes them
-    float step_A_per_V[2], follow, lead;  ///< as given last
-    uint32_t halves;                ///< halves of a window since init: the time
-    uint8_t missed;                 ///< halves lost because the background came too late, up to 255
+    float slow_d_A, slow_q_A;     ///< currents as dead time's input takes them
+    float step_A_per_V[2], lead;  ///< as given last
+    float follow;                 ///< how fast dead time's input follows the currents, for that
+    uint32_t halves;              ///< halves of a window since init: the time
+    uint8_t missed;               ///< halves lost because the background came too late, up to 255
     bool has_last, last_good, commanded;
     uint8_t resting, command_resting;  ///< legs, while the last sample's voltages act
     uint8_t modulation;                ///< as configured, tried or found: the background writes it

@@ -200,7 +200,6 @@ enum dqw_status dqw_estimator_init(dqw_estimator *e, const dqw_estimator_config 
     dqw_estimator_start(&n, NULL);
     for (int i = 0; i < n.inputs; i++)
         if (!dqw_is_finite(n.w_pu[i])) return DQW_ERR_UNIT;
-    n.given.follow = 1.0f;
     n.v_limit_bits = dqw_size_bits(c->v_limit_V > 0.0f ? c->v_limit_V : WILD * c->v_base_V);
     n.i_limit_bits = dqw_size_bits(c->i_limit_A > 0.0f ? c->i_limit_A : WILD * c->i_base_A);
     n.w_limit_bits = dqw_size_bits(WILD * c->w_base_rad_s);

@@ -31,10 +31,10 @@
 #define NOISE_PART_MAX 0.05f
 // A per-unit weight beyond this is no machine's.
 #define WEIGHT_MAX_PU 1e4f
-// Currents are followed the slower, in periods, the wider their noise is beside the step that dead time makes of them:
-// fast ones near that step are lost as noise is, the one as soon as the other at this part. And no slower than so. (E60)
-#define FOLLOW 0.35f
-#define LATE_MOST 2.0f
+// Currents are followed the later, the wider their noise is beside the step that dead time makes of them: by this many
+// half periods, where what is lost of fast ones near that step is as much as noise would take. And no later than so. (E60)
+#define LEAD 0.7f
+#define LEAD_MOST 4.0f
 // An inductance is handed to the interrupt where its deviation is below this part of it; beyond this ratio to the one
 // in use, either way, the noise was measured with a wrong one.
 #define PUBLISHED_SD 0.2f
@@ -209,9 +209,8 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
     }
     if (e->dead_time_width_A > 0.0f) {
         const float sd = sqrtf(0.5f * dqw_noise_variance(b->noise.i_d_A2 + b->noise.i_q_A2));
-        const float late = FOLLOW * sd / e->dead_time_width_A;
-        g->lead = 2.0f * (late < LATE_MOST ? late : LATE_MOST);
-        g->follow = 2.0f / (2.0f + g->lead);
+        const float lead = LEAD * sd / e->dead_time_width_A;
+        g->lead = lead < LEAD_MOST ? lead : LEAD_MOST;
     }
     g->noise_anew = noise_anew;
     *(volatile bool *)&e->given_ready = true;
@@ -241,7 +240,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     b->v_step_V[0] = v_V[0] - e->rise_v_V[0];
     b->v_step_V[1] = v_V[1] - e->rise_v_V[1];
     b->dead_slope_inv_A = h.dead_slope_inv_A;
-    b->follow = h.follow;
+    b->lead = h.lead;
     b->noise = h.noise;
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
     const float advance[2] = {h.cosine * e->rise_cosine + h.sine * e->rise_sine,

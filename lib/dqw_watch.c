@@ -136,13 +136,13 @@ uint8_t dqw_watch_settle(dqw_watch *w, int channel, enum dqw_watch_known known, 
     const uint8_t coarse = DQW_WATCH_LOOKS_COARSE;
     const bool well = known == DQW_WATCH_KNOWN_WELL;
     uint8_t looks = w->looks[channel];
-    if (well && looks <= coarse)
+    if (well && looks <= coarse) {
         looks = coarse;
-    // What is half out of its band already may be a fault that begins.
-    else if (!settles(w, channel) || 2 * deviation_q5 > DQW_CHANGE_BAND_Q5 || (!well && looks > coarse))
-        return 0;
-    else if (known == DQW_WATCH_NOT_KNOWN)
-        return looks == 0;
+    } else {
+        // What is half out of its band already may be a fault that begins.
+        if (!settles(w, channel) || 2 * deviation_q5 > DQW_CHANGE_BAND_Q5 || (!well && looks > coarse)) return 0;
+        if (known == DQW_WATCH_NOT_KNOWN) return looks == 0;
+    }
     if (well || looks < coarse) looks++;
     w->looks[channel] = looks;
     return well ? (uint8_t)(looks - coarse) : looks;

@@ -27,10 +27,10 @@
 #define WEIGHT_MAX_Q24 1073741824
 // An inductance is handed to the interrupt where its deviation is below this part of it.
 #define PUBLISHED_PARTS 5
-// Currents are followed the slower, in periods, the wider their noise is beside the step that dead time makes of them:
-// fast ones near that step are lost as noise is, the one as soon as the other at this part, 0.35. And no slower than so.
+// Currents are followed the later, the wider their noise is beside the step that dead time makes of them: by this many
+// periods, 0.35, where what is lost of fast ones near that step is as much as noise would take. And no later than so.
 // (E60)
-#define FOLLOW_Q15 11469
+#define LATE_Q15 11469
 #define LATE_MOST 2
 // Weights are solved at every block while they are young, then every so many.
 #define YOUNG_BLOCKS 64u
@@ -149,7 +149,7 @@ static void publish(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b, cons
         const int64_t both_q30 = b->with.noise_q30[DQW_NOISE_ID_Q15] + b->with.noise_q30[DQW_NOISE_IQ_Q15];
         const int64_t sd_q18 = dqw_q_root64((uint64_t)dqw_noise_variance_q36(both_q30, b->with.rows, -4));
         const int64_t width_q28 = dqw_q_floor64(u->width_q40, 12);
-        const int64_t late_q28 = dqw_q_times64(sd_q18, FOLLOW_Q15, -5);
+        const int64_t late_q28 = dqw_q_times64(sd_q18, LATE_Q15, -5);
         const int64_t bounded_q28 = late_q28 < LATE_MOST * width_q28 ? late_q28 : LATE_MOST * width_q28;
         g->follow_q15 = (uint16_t)dqw_q_quotient64(width_q28, width_q28 + bounded_q28, 15);
         g->lead_q12 = (uint16_t)dqw_q_quotient64(bounded_q28, width_q28, 13);

@@ -96,10 +96,10 @@ static void adapt(dqw_estimator_q15 *e, dqw_sample_q15 *x)
     if (dqw_scale_beyond(v_d_q15) || dqw_scale_beyond(v_q_q15)) x->v_d_q15 = INT16_MAX;
 }
 
-// Dead time's input at the two samples of a pair together.
+// Dead time's input at a sample.
 typedef struct {
     int32_t d_q15, q_q15;
-    int32_t sign_q15[3];  // of the phases' currents: |.| < 2^16
+    int32_t sign_q15[3];  // of the phases' currents
 } dead_input;
 
 // A pair's, of its two samples: what follows the currents late is taken ahead by as much of its own step. (E60)
@@ -141,7 +141,7 @@ static int32_t follow(int32_t slow_q28, int16_t now_q15, int32_t part_q15)
 static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input *x)
 {
     if (e->wide_q28 == 0) {
-        x->d_q15 = x->q_q15 = 0;
+        *x = (dead_input){.d_q15 = 0};
         return;
     }
     // Noise wider than the step would smooth it: so the noisier the currents, the slower they are followed here.
@@ -157,20 +157,14 @@ static void dead_time(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input 
     const int32_t a = soft_sign(e->wide_q28, e->per_wide, alpha);
     const int32_t b = soft_sign(e->wide_q28, e->per_wide, beta - half);
     const int32_t c = soft_sign(e->wide_q28, e->per_wide, -half - beta);
-    const int32_t sign_q15[3] = {a, b, c};
-    for (int k = 0; k < 3; k++) {
-        x->sign_q15[k] = joined(e, e->dead_sign_q15[k], sign_q15[k]);
-        e->dead_sign_q15[k] = (int16_t)sign_q15[k];
-    }
+    x->sign_q15[0] = a;
+    x->sign_q15[1] = b;
+    x->sign_q15[2] = c;
     // |.| <= 4/3, products below 2^30.5
     const int32_t lost_alpha = dqw_q_round32((2 * a - b - c) * THIRD_Q15, 15);
     const int32_t lost_beta = dqw_q_round32((b - c) * INV_SQRT3_Q15, 15);
-    const int32_t d_q15 = dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15);
-    const int32_t q_q15 = dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15);
-    x->d_q15 = joined(e, e->dead_d_q15, d_q15);
-    x->q_q15 = joined(e, e->dead_q_q15, q_q15);
-    e->dead_d_q15 = d_q15;
-    e->dead_q_q15 = q_q15;
+    x->d_q15 = dqw_q_round32(cosine * lost_alpha + sine * lost_beta, 15);
+    x->q_q15 = dqw_q_round32(cosine * lost_beta - sine * lost_alpha, 15);
     // How much of it the current's noise moves, on average: what tanh gains at this current, 1 - tanh^2 of what it
     // gains at none. One sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return;
@@ -206,20 +200,20 @@ static void leave_out(const dqw_estimator_q15 *e, const dqw_sample_q15 *s, const
     static const int16_t beta_q15[3] = {0, INV_SQRT3_Q15, -INV_SQRT3_Q15};
     const int32_t c = s->cosine_q15 + e->last.cosine_q15;
     const int32_t n = s->sine_q15 + e->last.sine_q15;
-    const uint8_t legs = resting(e, c, n);
+    const uint32_t legs = resting(e, c, n);
     if (legs == 7u) {
         dead_q15[0] = dead_q15[1] = 0;
         return;
     }
-    for (int k = 0; k < 3; k++) {
-        if ((legs >> k & 1u) == 0) continue;
+    for (uint32_t left = legs; left != 0; left &= left - 1u) {
+        const uint32_t k = (left & (0u - left)) >> 1;  // 1, 2, 4: 0, 1, 2
         // Twice the direction is below 2.1, two thirds of that below 1.4; what is left of dead time's below 2.8.
         const int32_t d_q15 = dqw_q_round32(c * alpha_q15[k] + n * beta_q15[k], 15);
         const int32_t q_q15 = dqw_q_round32(c * beta_q15[k] - n * alpha_q15[k], 15);
         // and a pair's sign below 10
-        const int32_t sign_q12 = dqw_q_round32(x->sign_q15[k], 4);
-        dead_q15[0] -= dqw_q_round32(sign_q12 * d_q15, 12);
-        dead_q15[1] -= dqw_q_round32(sign_q12 * q_q15, 12);
+        const int32_t sign_q12 = dqw_q_floor32(joined(e, e->dead_sign_q15[k], x->sign_q15[k]), 3);
+        dead_q15[0] -= dqw_q_round32(sign_q12 * d_q15, 13);
+        dead_q15[1] -= dqw_q_round32(sign_q12 * q_q15, 13);
         dead_q15[2] -= d_q15;
         dead_q15[3] -= q_q15;
     }
@@ -230,8 +224,8 @@ static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const dead_inp
 {
     dqw_model_pair_q15(&e->last, s, pair);
     int32_t *dead_q15 = pair + DQW_BLOCK_Q15_SIGNALS;
-    dead_q15[0] = x->d_q15;
-    dead_q15[1] = x->q_q15;
+    dead_q15[0] = joined(e, e->dead_d_q15, x->d_q15);
+    dead_q15[1] = joined(e, e->dead_q_q15, x->q_q15);
     dead_q15[2] = dead_q15[3] = 0;
     if (e->modulation != (uint8_t)DQW_MODULATION_CENTRED && e->wide_q28 != 0) leave_out(e, s, x, dead_q15);
     const int32_t *from = pair;
@@ -265,13 +259,18 @@ static void copy(dqw_sample_q15 *to, const dqw_sample_q15 *from)
     to->resting = from->resting;
 }
 
+static void keep_dead(dqw_estimator_q15 *e, const dead_input *x)
+{
+    e->dead_d_q15 = x->d_q15;
+    e->dead_q_q15 = x->q_q15;
+    for (int k = 0; k < 3; k++) e->dead_sign_q15[k] = (int16_t)x->sign_q15[k];
+}
+
 // A settled row is a block of its own: it makes a pair with itself.
-static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, dead_input *x, int32_t pair[])
+static void gather_row(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const dead_input *x, int32_t pair[])
 {
     copy(&e->last, s);
-    x->d_q15 = 2 * e->dead_d_q15;
-    x->q_q15 = 2 * e->dead_q_q15;
-    for (int k = 0; k < 3; k++) x->sign_q15[k] = 2 * e->dead_sign_q15[k];
+    keep_dead(e, x);
     gather(e, s, x, pair);
 }
 
@@ -329,6 +328,7 @@ static uint32_t take(dqw_estimator_q15 *e, const dqw_sample_q15 *s, uint32_t eve
         dqw_window_refuse_q15(&e->window);
         dqw_noise_gap_q15(&e->noise);
     }
+    if (good) keep_dead(e, &x);
     // [EST.3] a half for the background
     if (dqw_window_full_q15(&e->window)) event |= end_half(e, s, good);
     // A voltage that acts later is not known at the first sample.

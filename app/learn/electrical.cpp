@@ -182,8 +182,8 @@ private:
         e_.noise.of = from.noise.of;
         // All the rows that there are, even where the estimator would like more.
         e_.noise.of.rows = std::max(from.noise.of.rows, DQW_NOISE_ROWS);
-        e_.follow = e_.given.follow = from.given.follow;
         e_.lead = e_.given.lead = from.given.lead;
+        e_.follow = 2.0F / (2.0F + e_.lead);
         for (int axis = 0; axis < 2; ++axis) {
             e_.step_A_per_V[axis] = e_.given.step_A_per_V[axis] = from.given.step_A_per_V[axis];
             if (from.blocks > 0) e_.error_pu2[axis] = from.error_pu2[axis];

@@ -314,7 +314,7 @@ static void test_pole_pairs_take_a_hundred_blocks(void)
     }
     TEST_ASSERT_EQUAL_UINT16(4, e.pole_pairs);
     // Without a width no input follows the currents.
-    HOLDS(e.follow == 1.0f && e.given.follow == 1.0f);
+    HOLDS(e.follow == 1.0f && e.lead == 0.0f && e.given.lead == 0.0f);
 }
 
 // A vector that stands still while the frame turns, by closed forms: of the middle of its period, and as short as the
@@ -465,7 +465,7 @@ static void test_noise_of_inputs(void)
     const double w = 60;
     const double i2[2] = {0.02, 0.05};
     const double w2 = 7;
-    dqw_estimator_block b = {.whole = true, .follow = 1.0f};
+    dqw_estimator_block b = {.whole = true};
     b.noise = (dqw_noise_variances){.i_d_A2 = (float)i2[0], .i_q_A2 = (float)i2[1], .w_rad2_s2 = (float)w2};
     b.sum[2] = (float)(2 * i[0]), b.sum[3] = (float)(2 * i[1]);
     b.sum[6] = (float)(2 * i[0] * w), b.sum[7] = (float)(2 * i[1] * w), b.sum[8] = (float)(2 * w);

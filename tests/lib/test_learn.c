@@ -45,7 +45,7 @@ static dqw_estimator_block drawn(test_random *r, double size, double noise_V)
     dqw_estimator_block b;
     memset(&b, 0, sizeof b);
     b.whole = random_bits(r) % 8 != 0;
-    b.follow = (float)random_uniform(r, 0.3, 1);
+    b.lead = (float)random_uniform(r, 0, 4);
     b.dead_slope_inv_A = (float)random_uniform(r, 0.1, 2);
     b.noise = (dqw_noise_variances){(float)(3e-3 * random_uniform(r, 0.1, 4)),
                                     (float)(3e-3 * random_uniform(r, 0.1, 4)), (float)random_uniform(r, 5, 50), 5000};
@@ -174,7 +174,7 @@ static void alike(double expected, double value, double room, const char *what)
     test_between(expected - room, value, expected + room, what, __LINE__);
 }
 
-// What the interrupt takes: dt/L where that is known to a fifth, and (E60)'s 1/(1 + 0.35 sd/w), a third at least.
+// What the interrupt takes: dt/L where that is known to a fifth, and (E60)'s 0.7 sd/w, 4 at most.
 static void published(const dqw_estimator *before, const dqw_estimator_block *b)
 {
     HOLDS(e.given_ready);
@@ -190,7 +190,7 @@ static void published(const dqw_estimator *before, const dqw_estimator_block *b)
     HOLDS(e.given.noise_anew == anew);
     const double sd = sqrt((double)(b->noise.i_d_A2 + b->noise.i_q_A2) / 2);
     const double width = (double)config.dead_time_width_A;
-    alike(fmax(width / (width + 0.35 * sd), 1.0 / 3), (double)e.given.follow, 1e-6, "follow");
+    alike(fmin(0.7 * sd / width, 4), (double)e.given.lead, 1e-6, "lead");
 }
 
 static void shown(int blocks, test_random *r, int *learned)
@@ -309,7 +309,7 @@ static void test_when_a_search_begins(void)
         start();
         e.blocks = (uint16_t)blocks;
         e.excess_q10[DQW_R] = 8191;
-        dqw_estimator_block b = {.whole = true, .follow = 1.0f};
+        dqw_estimator_block b = {.whole = true};
         b.sum[2] = b.sum[0] = 8.0f;
         CASE("%d blocks", blocks);
         HOLDS(dqw_estimator_learn(&e, &b) == (blocks + 1 < 800));

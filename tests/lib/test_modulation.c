@@ -219,7 +219,7 @@ static void test_a_block_is_turned(void)
         TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&e, &c));
         e.turn_cosine = (float)cos(off);
         e.turn_sine = (float)sin(off);
-        dqw_estimator_block b = {.follow = 1.0f};
+        dqw_estimator_block b = {.whole = false};
         for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) b.sum[i] = (float)random_uniform(&r, -100, 100);
         for (int i = 0; i < 2; i++) b.v_step_V[i] = (float)random_uniform(&r, -100, 100);
         const double theta = random_uniform(&r, -PI, PI);
