@@ -242,7 +242,6 @@ static uint32_t end_half(dqw_estimator *e, const dqw_sample *s, bool good)
     h->sine = has_angle ? s->sine : 0.0f;
     h->noise = e->noise.of;
     h->dead_slope_inv_A = e->dead_slope_inv_A;
-    h->lead = e->lead;
     h->number = e->halves;
     take_given(e);
     return DQW_EVENT_BLOCK;

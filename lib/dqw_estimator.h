@@ -85,10 +85,10 @@ typedef struct dqw_estimator_config {
 
 /// What goes with a half that the interrupt hands over.
 typedef struct dqw_estimator_handed {
-    float cosine, sine;            ///< of the electrical angle at its end; 0 and 0: not known
-    dqw_noise_variances noise;     ///< of the sensors
-    float dead_slope_inv_A, lead;  ///< mean slope of dead time's input; twice the periods that it followed late by
-    uint32_t number;               ///< of the half, since init
+    float cosine, sine;         ///< of the electrical angle at its end; 0 and 0: not known
+    dqw_noise_variances noise;  ///< of the sensors
+    float dead_slope_inv_A;     ///< mean slope of dead time's input
+    uint32_t number;            ///< of the half, since init
 } dqw_estimator_handed;
 
 /// What the background hands back: taken over at a half's end.

@@ -20,7 +20,7 @@ typedef struct dqw_estimator_block {
     float sum[DQW_ESTIMATOR_SIGNALS];  ///< means of sums and steps of the pairs, under the triangle
     float v_step_V[2];                 ///< sum of the voltages of the second half less that of the first, d and q
     float cosine, sine;                ///< of the electrical angle at its middle; 0 and 0: not known
-    float dead_slope_inv_A, lead;      ///< as handed over with its second half
+    float dead_slope_inv_A;            ///< as handed over with its second half
     dqw_noise_variances noise;
     bool whole;  ///< none of its pairs was refused
 } dqw_estimator_block;

@@ -240,7 +240,6 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     b->v_step_V[0] = v_V[0] - e->rise_v_V[0];
     b->v_step_V[1] = v_V[1] - e->rise_v_V[1];
     b->dead_slope_inv_A = h.dead_slope_inv_A;
-    b->lead = h.lead;
     b->noise = h.noise;
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
     const float advance[2] = {h.cosine * e->rise_cosine + h.sine * e->rise_sine,

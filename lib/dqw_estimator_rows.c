@@ -78,7 +78,7 @@ static void noise_of_dead_time(const dqw_estimator *e, const dqw_estimator_block
 {
     const float width = e->dead_time_width_A;
     const float g = mean * b->dead_slope_inv_A * s[DQW_DEAD_TIME];
-    const float left = var_i / (1.0f + b->lead);
+    const float left = var_i / (1.0f + e->given.lead);
     const float sd = sqrtf(left);
     // Where what is left of the current's noise is wide, that of a step; where narrow, tanh's own; and all of it where
     // the currents stay within the width. In the resistance's equation a wide noise also smooths the step, which takes

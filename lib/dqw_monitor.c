@@ -258,9 +258,9 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         dqw_monitor_channel_value x;
         dqw_monitor_read_channel(m, channel, &x);
-        // A change of a third of a band is none; what is not known counts for nothing.
+        // A change of a third of a band is none; what is not known, or was not, counts for nothing.
         const float third = dqw_monitor_band_of(m, channel) * (1.0f / 3.0f);
-        const bool sure = x.sd < DQW_UNKNOWN;
+        const bool sure = x.sd < DQW_UNKNOWN && m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST;
         const float least = sqrtf(x.sd * x.sd + third * third);
         if (channel < DQW_WATCH_OFFSET) {
             const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
@@ -370,7 +370,9 @@ static bool look(dqw_monitor *m, bool witnessed)
     if (begins == DQW_WATCH_SETTLES) {
         follow_temperature(m);
         follow_residual(m);
-        // A ripple that the motion does not teach stands still: looks at it are no more than one.
+        // A ripple that the motion does not teach stands still: looks at it are no more than one. And what weights
+        // that do not stand yet leave is none.
+        if (m->watch.looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST) witnessed = false;
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
             if (i == DQW_WATCH_OFFSET && !witnessed) i = DQW_WATCH_FRICTION;
             settle(m, i);

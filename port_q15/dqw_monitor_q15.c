@@ -275,8 +275,9 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(m, channel, &x);
-        // A change of a third of a band is none; what is not known counts for nothing.
-        const int32_t least = dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
+        // A change of a third of a band is none; what is not known, or was not, counts for nothing.
+        int32_t least = dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
+        if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) least = INT32_MAX;
         if (channel < DQW_WATCH_OFFSET) {
             const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
                                   : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
@@ -421,7 +422,9 @@ static bool look(dqw_monitor_q15 *m, bool witnessed)
     if (begins == DQW_WATCH_SETTLES) {
         follow_temperature(m);
         follow_residual(m);
-        // A ripple that the motion does not teach stands still: looks at it are no more than one.
+        // A ripple that the motion does not teach stands still: looks at it are no more than one. And what weights
+        // that do not stand yet leave is none.
+        if (m->watch.looks[DQW_WATCH_R] < DQW_WATCH_LOOKS_LEAST) witnessed = false;
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
             if (i == DQW_WATCH_OFFSET && !witnessed) i = DQW_WATCH_FRICTION;
             settle(m, i);

@@ -12,6 +12,7 @@
 #include "app/learn/mechanical.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/q15.hpp"
+#include "ref/fit/dynamic.hpp"
 
 namespace dqw {
 namespace {
@@ -174,6 +175,28 @@ void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
                                           "--effect dead_time learns it");
 }
 
+/// A filter of the currents, that a plain fit of the same logs shows and blocks do not, moves the learners' values as it
+/// moves the fit's: by how much stands in the deviations. (E166)
+void allow_for_hidden_filter(const std::vector<Log>& logs, Learned& learned)
+{
+    constexpr double kLikely = 0.5, kTelling = 0.02;
+    const std::optional<HiddenLoss> hidden = hidden_in(logs, learned.model.pole_pairs);
+    if (!hidden || !(hidden->filtered > kLikely)) return;
+    bool tells = false;
+    for (Estimate& e : learned.result.parameters) {
+        static const char* const kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
+        const auto at = std::find(std::begin(kNames), std::end(kNames), e.name) - std::begin(kNames);
+        if (at == std::end(kNames) - std::begin(kNames) || e.given) continue;
+        e.sd = std::hypot(e.sd, hidden->filter_sd[at]);
+        tells = tells || 3.0 * hidden->filter_sd[at] > kTelling * std::abs(e.value);
+    }
+    if (tells)
+        learned.result.notes.push_back(
+            fmt::format("currents filtered by a time constant of about {:.3g} us would explain part of what this model "
+                        "leaves; by how much they move the values is in their deviations; dqwatch trace tells",
+                        1e6 * hidden->filter_s));
+}
+
 /// A flux map is the machine's where its bend counts once.
 void note_weights(Learned& learned)
 {
@@ -202,6 +225,8 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     Learned learned = any_width ? over_widths(logs, those) : learn_those(logs, those);
     if (options.allow_for_hidden_loss && may_hide_a_loss(logs, those.inputs))
         allow_for_hidden_loss(logs, those, learned);
+    if (options.allow_for_hidden_loss && logs.front().regime == Regime::dynamic && learned.model.pole_pairs > 0.0)
+        allow_for_hidden_filter(logs, learned);
     note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;

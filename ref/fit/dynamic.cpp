@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "ref/fit/explain.hpp"
-#include "ref/fit/hidden_loss.hpp"
 #include "ref/fit/pole_pairs.hpp"
 #include "ref/fit/publish.hpp"
 #include "ref/log/residual.hpp"
@@ -116,8 +115,9 @@ void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen:
     for (Eigen::Index j = 0; j < 4; ++j) {
         Assessment& a = covariance.each[static_cast<std::size_t>(j)];
         if (a.verdict != Verdict::determined) continue;
-        covariance.of(j, j) += hidden[j] * hidden[j] + loss.sd[j] * loss.sd[j];
-        a.sd = std::hypot(a.sd, hidden[j], loss.sd[j]);
+        const double more = std::hypot(hidden[j], loss.loss_sd[j], loss.filter_sd[j]);
+        covariance.of(j, j) += more * more;
+        a.sd = std::hypot(a.sd, more);
     }
 }
 
@@ -283,12 +283,29 @@ Result fit_dynamic(const Task& task)
         result.notes.push_back("the rotor turns by up to " + figure(turn) +
                                " rad in a sampling period; a voltage held that long is " +
                                "hardly meant: average it and call the log steady, or sample faster");
-    if (loss.probable > kLikely && 3.0 * loss.sd[kR] > kTelling * std::abs(s.theta[kR]))
+    if (loss.probable > kLikely && 3.0 * loss.loss_sd[kR] > kTelling * std::abs(s.theta[kR]))
         result.notes.push_back("an inverter whose legs lose voltage with the sign of their current would explain more, "
                                "and R hangs on it, as its deviation says: `dqwatch trace` tells");
+    if (loss.filtered > kLikely && 3.0 * loss.filter_sd[kLq] > kTelling * std::abs(s.theta[kLq]))
+        result.notes.push_back("currents filtered by a time constant of about " + figure(1e6 * loss.filter_s) +
+                               " us would explain more, and R and L hang on it, as their deviations say: `dqwatch "
+                               "trace` tells");
     result.notes.push_back("correction gain of the currents: d " + figure(s.theta[kGainD]) + ", q " +
                            figure(s.theta[kGainQ]));
     return result;
+}
+
+std::optional<HiddenLoss> hidden_in(const std::vector<Log>& logs, double pole_pairs)
+{
+    const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
+    if (rows_of(pieces) < kLeastRows) return {};
+    const Task task{logs, {}, pole_pairs, {}, {}};
+    std::vector<bool> free(kSize, true);
+    free[kPolePairs] = false;
+    PolePairs p;
+    const Solution s = first_look(task, pieces, free, p);
+    if (!s.ok) return {};
+    return hidden_loss(pieces, pole_pairs, {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
 }
 
 }  // namespace dqw

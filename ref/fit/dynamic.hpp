@@ -2,6 +2,10 @@
 #ifndef DQW_REF_FIT_DYNAMIC_HPP
 #define DQW_REF_FIT_DYNAMIC_HPP
 
+#include <optional>
+#include <vector>
+
+#include "ref/fit/hidden_loss.hpp"
 #include "ref/fit/task.hpp"
 #include "ref/log/result.hpp"
 
@@ -10,6 +14,10 @@ namespace dqw {
 /// Returns parameters, not_identifiable, residual and notes; rows and regime are fit()'s. Throws std::invalid_argument
 ///         where rows are too few.
 Result fit_dynamic(const Task& task);
+
+/// What is hidden in a plain fit of at most 20 000 of the logs' rows, their pole pairs known.
+/// Returns nothing where that does not converge.
+std::optional<HiddenLoss> hidden_in(const std::vector<Log>& logs, double pole_pairs);
 
 }  // namespace dqw
 #endif

@@ -11,8 +11,9 @@ namespace {
 
 constexpr std::size_t kRows = 20000, kWindow = 1000, kFine = 2, kGuard = 40;
 constexpr int kBase = 4;
-/// Of logs that show none and exclude none, one in four has a loss that its controller does not give back.
-constexpr double kBefore = 1.0 / 3.0;
+/// Of logs that show none and exclude none, one in four has a loss that its controller does not give back, and one in
+/// ten a filter of its currents, of half a period as a rule.
+constexpr double kBefore = 1.0 / 3.0, kFiltered = 1.0 / 9.0, kUsualPeriods = 0.5;
 /// Over the largest current.
 constexpr double kWidths[] = {0.005, 0.01, 0.02, 0.04, 0.08};
 /// Electrical angles at the first row where the log has none: three phases look the same every sixth of a turn.
@@ -64,7 +65,7 @@ HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, cons
                        const Eigen::VectorXd& sigma)
 {
     HiddenLoss out;
-    out.sd = Eigen::VectorXd::Zero(kBase);
+    out.loss_sd = out.filter_sd = Eigen::VectorXd::Zero(kBase);
     const bool angle = std::all_of(pieces.begin(), pieces.end(), [](const Piece& p) { return has_angle(*p.log); });
     // Without an angle each window would begin at one of its own.
     std::vector<Piece> windows = spread_sample(pieces, kRows, angle ? kWindow : kRows);
@@ -84,12 +85,14 @@ HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, cons
     }
     const std::size_t stretches = std::max<std::size_t>(rows_of(windows) / kWindow, 1);
     const ElectricalModel model(logs, columns, pole_pairs, alternate_plan(windows, stretches, kFine, kGuard));
-    const std::vector<Input> losses = losses_of(angle, i_max_A);
+    std::vector<Input> hidden = losses_of(angle, i_max_A);
+    const std::size_t losses = hidden.size();
+    if (angle) hidden.push_back({Law::sensor_lag, {static_cast<double>(Channel::currents)}});
     std::vector<BlockSum> sums;
-    if (!model.sweep(at, &losses, sums)) return out;
+    if (!model.sweep(at, &hidden, sums)) return out;
 
     // J'J and J'e over the innovations' variance, of each block.
-    const Eigen::Index known = at.columns(), all = columns_of(at, &losses);
+    const Eigen::Index known = at.columns(), all = columns_of(at, &hidden);
     std::vector<Eigen::MatrixXd> of_block;
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(all + 1, all + 1);
     for (const BlockSum& sum : sums) {
@@ -98,38 +101,40 @@ HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, cons
     }
     const Eigen::VectorXd scale = gram.diagonal().head(known).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> base(scale.asDiagonal() * gram.topLeftCorner(known, known) * scale.asDiagonal());
-    const double usual_V = kUsualLoss * v_max_V, usual2 = usual_V * usual_V;
     double total = 1.0;
-    Eigen::VectorXd square = Eigen::VectorXd::Zero(kBase);
     Eigen::Index column = known;
-    for (const Input& input : losses) {
+    for (const Input& input : hidden) {
+        const bool filter = input.law == Law::sensor_lag;
+        const double usual = filter ? kUsualPeriods * windows.front().dt_s : kUsualLoss * v_max_V,
+                     usual2 = usual * usual, before = filter ? kFiltered : kBefore / static_cast<double>(losses);
         const Eigen::Index j = column;
         column += weights_of(input.law);
-        // What a volt takes from the parameters, and what is left of it that they do not take.
-        const Eigen::VectorXd by_volt = -(scale.asDiagonal() *
-                                          base.solve(scale.asDiagonal() * gram.col(j).head(known)));
-        const double left = gram(j, j) + by_volt.dot(gram.col(j).head(known));
-        if (!(left > 1e-9 * gram(j, j)) || !by_volt.allFinite()) continue;
+        // What a volt, or a second, takes from the parameters, and what is left of it that they do not take.
+        const Eigen::VectorXd by_one = -(scale.asDiagonal() * base.solve(scale.asDiagonal() * gram.col(j).head(known)));
+        const double left = gram(j, j) + by_one.dot(gram.col(j).head(known));
+        if (!(left > 1e-9 * gram(j, j)) || !by_one.allFinite()) continue;
         // A block's score of it: x'[J e], and how far from the fit it stays.
         Eigen::VectorXd x = Eigen::VectorXd::Zero(all + 1);
-        x.head(known) = by_volt, x[j] = 1.0;
-        const double loss_V = -gram.col(all).dot(x) / left;
+        x.head(known) = by_one, x[j] = 1.0;
+        const double weight = -gram.col(all).dot(x) / left;
         double scatter = 0.0;
         for (const Eigen::MatrixXd& b : of_block) {
             const Eigen::VectorXd of_x = b * x;
-            scatter += std::pow(of_x[all] + of_x.dot(x) * loss_V, 2);
+            scatter += std::pow(of_x[all] + of_x.dot(x) * weight, 2);
         }
         const double s2 = std::max(scatter, left) / (left * left * more);
-        // Beside a prior of the usual size.
-        const double part = usual2 / (usual2 + s2),
-                     odds = kBefore * std::exp(std::min(0.5 * loss_V * loss_V / s2 * part, 600.0)) /
-                            std::sqrt(1.0 + usual2 / s2) / static_cast<double>(losses.size()),
-                     mean_V = part * loss_V, mean2 = mean_V * mean_V + part * s2;
+        // Beside a prior of the usual size; a filter is late.
+        const double part = usual2 / (usual2 + s2), mean = part * weight,
+                     odds = before * std::exp(std::min(0.5 * weight * weight / s2 * part, 600.0)) /
+                            std::sqrt(1.0 + usual2 / s2);
+        if (filter && !(mean > 0.0)) continue;
         total += odds;
-        square += odds * mean2 * by_volt.head(kBase).cwiseAbs2();
+        (filter ? out.filtered : out.probable) += odds;
+        (filter ? out.filter_sd : out.loss_sd) += odds * (mean * mean + part * s2) * by_one.head(kBase).cwiseAbs2();
+        if (filter) out.filter_s = mean;
     }
-    out.probable = 1.0 - 1.0 / total;
-    out.sd = (square / total).cwiseSqrt();
+    out.probable /= total, out.filtered /= total;
+    out.loss_sd = (out.loss_sd / total).cwiseSqrt(), out.filter_sd = (out.filter_sd / total).cwiseSqrt();
     return out;
 }
 

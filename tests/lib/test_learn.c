@@ -45,7 +45,6 @@ static dqw_estimator_block drawn(test_random *r, double size, double noise_V)
     dqw_estimator_block b;
     memset(&b, 0, sizeof b);
     b.whole = random_bits(r) % 8 != 0;
-    b.lead = (float)random_uniform(r, 0, 4);
     b.dead_slope_inv_A = (float)random_uniform(r, 0.1, 2);
     b.noise = (dqw_noise_variances){(float)(3e-3 * random_uniform(r, 0.1, 4)),
                                     (float)(3e-3 * random_uniform(r, 0.1, 4)), (float)random_uniform(r, 5, 50), 5000};

@@ -255,8 +255,10 @@ static void test_a_look(void)
         const double most = (double)x->healthy.residual_pu2 * (x->estimator.segment.segments < 20 ? 1.1 : 1.005);
         if (config.estimator.follow && x->estimator.recent_pu2 > x->healthy.residual_pu2)
             x->healthy.residual_pu2 = (float)fmin((double)x->estimator.recent_pu2, most);
+        // What is left while R does not stand is no ripple.
+        const bool ripples = witnessed && x->watch.looks[DQW_WATCH_R] >= 20;
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++)
-            if (witnessed || i < DQW_WATCH_OFFSET || i >= DQW_WATCH_FRICTION) settle(x, i);
+            if (ripples || i < DQW_WATCH_OFFSET || i >= DQW_WATCH_FRICTION) settle(x, i);
         same_healthy(x, &m);
         for (int i = 0; i < DQW_WATCH_CHANNELS; i++) {
             const int bounded = q5(off_bands(x, i));

@@ -62,8 +62,7 @@ static block_si drawn(test_random *r)
 // As the window hands it over: sums of pairs, of which some are means of two samples without the half.
 static dqw_estimator_block handed(const block_si *b)
 {
-    dqw_estimator_block out = {
-        .whole = true, .lead = (float)(2 / b->follow - 2), .dead_slope_inv_A = (float)b->slope_inv_A};
+    dqw_estimator_block out = {.whole = true, .dead_slope_inv_A = (float)b->slope_inv_A};
     for (int a = 0; a < 2; a++) {
         out.sum[a] = (float)b->v_V[a];
         out.sum[2 + a] = (float)(2 * b->i_A[a]);
@@ -105,6 +104,7 @@ static void alike(double expected, double size, double value, const char *what, 
 static void compare(const block_si *b, const rows_with *w)
 {
     const dqw_estimator_block block = handed(b);
+    e.given.lead = (float)(2 / b->follow - 2);
     dqw_estimator_rows r;
     memset(&r, 0x5a, sizeof r);
     dqw_estimator_rows_of(&e, &block, &r);

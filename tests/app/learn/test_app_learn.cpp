@@ -400,6 +400,25 @@ void a_loss_that_nobody_asked_for_is_in_the_deviations()
     TEST_ASSERT_TRUE(blind.notes == seen.notes);
 }
 
+/// It makes L of what is R times its time constant, and no residual of blocks shows it.
+void a_filter_that_nobody_declared_is_in_the_deviations()
+{
+    dqw::LearnOptions plain, allows;
+    allows.allow_for_hidden_loss = true;
+    for (const bool fixed_point : {false, true}) {
+        plain.fixed_point = allows.fixed_point = fixed_point;
+        const auto log = simulated("robot_joint", {"seed=60499", "sensing.filter_s=1e-4"});
+        const Result blind = dqw::learn({log}, plain), seen = dqw::learn({log}, allows);
+        const auto *was = find(blind, "Lq_H"), *L = find(seen, "Lq_H");
+        TEST_ASSERT_TRUE(was != nullptr && L != nullptr);
+        const double off = L->value - *log.machine.Lq_H;
+        TEST_ASSERT_TRUE(L->value == was->value && std::abs(off) > 10 * was->sd);
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(off) < 2 * L->sd && L->sd < 3 * std::abs(off),
+                                 (std::to_string(1e6 * off) + " +- " + std::to_string(1e6 * L->sd)).c_str());
+        TEST_ASSERT_TRUE(seen.notes.back().find("filtered by a time constant") != std::string::npos);
+    }
+}
+
 /// Both arithmetics learn the same of legs that rest, and of an angle that is an observer's.
 void fixed_point_knows_the_legs_and_the_observer()
 {
@@ -651,6 +670,7 @@ int main(void)
     RUN_TEST(effects_by_name_on_simulated_logs);
     RUN_TEST(a_width_that_nobody_gave_is_sought);
     RUN_TEST(a_loss_that_nobody_asked_for_is_in_the_deviations);
+    RUN_TEST(a_filter_that_nobody_declared_is_in_the_deviations);
     RUN_TEST(fixed_point_knows_the_legs_and_the_observer);
     RUN_TEST(a_leg_that_rests_may_lose_voltage_too);
     RUN_TEST(what_an_angle_turned_is_read_in_the_machines_own_frame);
