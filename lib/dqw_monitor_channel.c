@@ -181,7 +181,7 @@ float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
     const float least = width > sure ? width : sure;
     float wanders = 0.0f;
     if (channel >= DQW_WATCH_OFFSET) {
-        if (channel < DQW_WATCH_FRICTION && m->watch.looks[channel] < DQW_WATCH_LOOKS_MOST)
+        if (channel < DQW_WATCH_FRICTION)
             wanders = RIPPLE_TURNED * dqw_monitor_ripple(m->healthy.re, m->healthy.im, channel);
     } else if (m->config->estimator.follow) {
         const dqw_estimator *e = &m->estimator;

@@ -209,7 +209,7 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
     const int64_t least = width > sure ? width : sure;
     int64_t wanders = 0;
     if (channel >= DQW_WATCH_OFFSET) {
-        if (channel < DQW_WATCH_FRICTION && looks < DQW_WATCH_LOOKS_MOST)
+        if (channel < DQW_WATCH_FRICTION)
             wanders = (int64_t)RIPPLE_TURNED * dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, channel);
     } else if (m->config->estimator.follow) {
         const int32_t band_q24 = m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4;

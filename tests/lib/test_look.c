@@ -331,7 +331,7 @@ static void test_what_is_named(void)
         if (channel < DQW_WATCH_OFFSET)
             m.healthy.weight[channel] *= (float)(channel == DQW_WATCH_PSI ? 1.05 : random_uniform(&r, 1.3, 1.6));
         else if (channel < DQW_WATCH_FRICTION)
-            m.healthy.re[channel - DQW_WATCH_OFFSET] += (float)(6 * band_of(&m, channel));
+            m.witness.re[channel - DQW_WATCH_OFFSET] += (float)(6 * band_of(&m, channel));
         else
             m.friction_Nm = m.healthy.friction_Nm + (float)((k % 2 ? 9 : -9) * band_of(&m, channel));
         m.watch.reversals = DQW_WATCH_REVERSALS_MOST;

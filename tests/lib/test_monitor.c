@@ -769,7 +769,7 @@ static void put_off(dqw_monitor *m, int channel)
     if (channel < DQW_WATCH_OFFSET)
         h->weight[channel] = x.now - off;
     else if (channel < DQW_WATCH_FRICTION)
-        h->re[channel - DQW_WATCH_OFFSET] = m->witness.re[channel - DQW_WATCH_OFFSET] - off;
+        m->witness.re[channel - DQW_WATCH_OFFSET] = h->re[channel - DQW_WATCH_OFFSET] + off;
     else if (channel == DQW_WATCH_FRICTION)
         h->friction_Nm = m->friction_Nm - off;
     else if (channel == DQW_WATCH_TEMPERATURE)

@@ -358,7 +358,7 @@ static void test_what_is_named(void)
             m.healthy.weight_q24[channel] = rounded(m.healthy.weight_q24[channel] *
                                                     (channel == DQW_WATCH_PSI ? 1.05 : random_uniform(&r, 1.3, 1.6)));
         else if (channel < DQW_WATCH_FRICTION)
-            m.healthy.re_q28[channel - DQW_WATCH_OFFSET] += rounded(6 * Q28 * band_of(&m, channel));
+            m.witness.re_q28[channel - DQW_WATCH_OFFSET] += rounded(6 * Q28 * band_of(&m, channel));
         else
             m.friction_q24 = m.healthy.friction_q24 + rounded((k % 2 ? 9 : -9) * Q24 * band_of(&m, channel));
         m.watch.reversals = DQW_WATCH_REVERSALS_MOST;

@@ -223,7 +223,7 @@ static void test_what_is_surely_a_change(void)
             BETWEEN(0.9998, x / fmax(band, part * band), 1.0002);
         }
     }
-    // A ripple may turn round, as long as its healthy value is being learned.
+    // A ripple may turn round.
     for (int k = 0; k < DQW_WITNESS_INPUTS; k++)
         for (int looks = 0; looks <= 255; looks += 51) {
             const int channel = DQW_WATCH_OFFSET + k;
@@ -233,7 +233,7 @@ static void test_what_is_surely_a_change(void)
                 CASE("channel %d, %d looks, a healthy ripple of %g bands", channel, looks, size);
                 m.healthy.re_q28[k] = (int32_t)(0.6 * 16 * size * width);
                 m.healthy.im_q28[k] = (int32_t)(-0.8 * 16 * size * width);
-                const double x = width * (looks < 255 ? fmax(1, 2 * size) : 1);
+                const double x = width * fmax(1, 2 * size);
                 BETWEEN(x - 3, (double)dqw_monitor_surely_q15(&m, channel, 0), x + 3);
             }
         }

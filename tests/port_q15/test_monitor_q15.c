@@ -580,7 +580,7 @@ static void put_off(dqw_monitor_q15 *m, int channel)
     if (channel < DQW_WATCH_OFFSET)
         h->weight_q24[channel] = x.now - off;
     else if (channel < DQW_WATCH_FRICTION)
-        h->re_q28[channel - DQW_WATCH_OFFSET] = m->witness.re_q28[channel - DQW_WATCH_OFFSET] - 16 * off;
+        m->witness.re_q28[channel - DQW_WATCH_OFFSET] = h->re_q28[channel - DQW_WATCH_OFFSET] + 16 * off;
     else if (channel == DQW_WATCH_FRICTION)
         h->friction_q24 = m->friction_q24 - off;
     else if (channel == DQW_WATCH_TEMPERATURE)
