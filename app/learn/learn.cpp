@@ -179,9 +179,9 @@ void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
 /// moves the fit's: by how much stands in the deviations. (E166)
 void allow_for_hidden_filter(const std::vector<Log>& logs, Learned& learned)
 {
-    constexpr double kLikely = 0.5, kTelling = 0.02;
-    const std::optional<HiddenLoss> hidden = hidden_in(logs, learned.model.pole_pairs);
-    if (!hidden || !(hidden->filtered > kLikely)) return;
+    constexpr double kTelling = 0.02;
+    const std::optional<HiddenLoss> hidden = hidden_filter_in(logs, learned.model.pole_pairs);
+    if (!hidden) return;
     bool tells = false;
     for (Estimate& e : learned.result.parameters) {
         static const char* const kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};

@@ -295,7 +295,7 @@ Result fit_dynamic(const Task& task)
     return result;
 }
 
-std::optional<HiddenLoss> hidden_in(const std::vector<Log>& logs, double pole_pairs)
+std::optional<HiddenLoss> hidden_filter_in(const std::vector<Log>& logs, double pole_pairs)
 {
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows) return {};
@@ -305,7 +305,21 @@ std::optional<HiddenLoss> hidden_in(const std::vector<Log>& logs, double pole_pa
     PolePairs p;
     const Solution s = first_look(task, pieces, free, p);
     if (!s.ok) return {};
-    return hidden_loss(pieces, pole_pairs, {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
+    HiddenLoss hidden = hidden_loss(pieces, pole_pairs, {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
+    if (!(hidden.filtered > kLikely)) return {};
+    const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
+    WithoutEffects model = dynamic_model(task, part);
+    model.prepare(s.theta);
+    Covariance covariance = assess_excited(s, model, typical_of(model, s.theta));
+    HiddenLoss none = hidden;
+    none.loss_sd.setZero(), none.filter_sd.setZero();
+    add_hidden(task, part, s.theta, s, static_cast<double>(model.rows()), false, none, covariance);
+    const auto stands_out = [&](int of) {
+        const Assessment& a = covariance.each[static_cast<std::size_t>(of)];
+        return a.verdict == Verdict::determined && hidden.filter_sd[of] > a.sd;
+    };
+    if (!stands_out(kLd) && !stands_out(kLq)) return {};
+    return hidden;
 }
 
 }  // namespace dqw

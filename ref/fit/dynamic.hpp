@@ -15,9 +15,9 @@ namespace dqw {
 ///         where rows are too few.
 Result fit_dynamic(const Task& task);
 
-/// What is hidden in a plain fit of at most 20 000 of the logs' rows, their pole pairs known.
-/// Returns nothing where that does not converge.
-std::optional<HiddenLoss> hidden_in(const std::vector<Log>& logs, double pole_pairs);
+/// A filter of the currents that a plain fit shows, of at most 20 000 of the logs' rows, their pole pairs known.
+/// Returns nothing where it is not likely, or takes less from L_d and from L_q than such a fit does not tell anyway.
+std::optional<HiddenLoss> hidden_filter_in(const std::vector<Log>& logs, double pole_pairs);
 
 }  // namespace dqw
 #endif
