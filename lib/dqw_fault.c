@@ -36,7 +36,8 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = 1.0f; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = 1.0f; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = 1.0f; break;
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f;
+    // R goes with the dead time, the one up where the other comes down: it says nothing.
+    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f;
 #if DQW_MAP_WEIGHTS > 0
         p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = 1.0f;
 #endif

@@ -43,7 +43,8 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine_q1
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = ONE_Q24; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = ONE_Q24; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = ONE_Q24; break;
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24;
+    // R goes with the dead time, the one up where the other comes down: it says nothing.
+    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24;
 #if DQW_MAP_WEIGHTS > 0
         p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = ONE_Q24;
 #endif

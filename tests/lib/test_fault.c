@@ -134,7 +134,9 @@ static void test_every_pattern_is_named_with_its_phase(void)
                 if (sign > 0.0 || PATTERNS[k].both_signs) {
                     HOLDS(v.name == PATTERNS[k].name);
                     HOLDS(v.phase == phase);
-                    BETWEEN(s % 3 == 0 ? 0.5 : 0.99, v.confidence, 1.00001);  // of one unit others explain a part
+                    // Of one unit others explain a part; of a scale R goes its own way.
+                    const bool scale = PATTERNS[k].name == DQW_FAULT_VOLTAGE_SCALE;
+                    BETWEEN(s % 3 == 0 ? 0.5 : scale ? 0.9 : 0.99, v.confidence, scale ? 0.99 : 1.00001);
                 } else {
                     HOLDS(v.name != PATTERNS[k].name);
                 }
@@ -282,8 +284,8 @@ static void test_a_change_that_is_not_known_counts_for_nothing(void)
     TEST_ASSERT_EQUAL_UINT8(1, v.phase);
 }
 
-// With an observer's angle L_q is the observer's own: of a voltage that reads 10 % more it may say anything, and the
-// other three say it. It is no scale where R or L_d contradict, nor where an encoder's L_q does.
+// With an observer's angle L_q is the observer's own: of a voltage that reads 10 % more it may say anything, and L_d and
+// the flux say it. It is no scale where L_d contradicts, nor where an encoder's L_q does; R goes with the dead time.
 static void test_an_observers_L_q_does_not_contradict_a_scale(void)
 {
     for (int encoder = 0; encoder < 2; encoder++)
@@ -299,7 +301,7 @@ static void test_an_observers_L_q_does_not_contradict_a_scale(void)
                 x, unit, (dqw_fault_machine){(float)R_OHM, (float)L_H, 0.0f, encoder == 0});
             CASE("encoder %d, sign %d: name %d, confidence %g", encoder, other[against], (int)v.name,
                  (double)v.confidence);
-            HOLDS((v.name == DQW_FAULT_VOLTAGE_SCALE) == (encoder == 0 && against == 0));
+            HOLDS((v.name == DQW_FAULT_VOLTAGE_SCALE) == (against == 1 || (encoder == 0 && against == 0)));
         }
     // Of itself it says nothing.
     float x[DQW_SIGNS] = {[DQW_SIGN_LQ] = 0.25f};
