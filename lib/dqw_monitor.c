@@ -20,8 +20,10 @@
 #define KNOWN_BANDS 1.5f
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms.
 #define HOTTEST_KEPT 0.99999f
-// A parameter is five deviations from nought: the model holds.
-#define SERVICE_SD 0.2f
+// A parameter is known well enough for service, so many deviations from nought; beside an observer's angle, whose lean
+// its deviation holds whole (E106).
+#define SERVICE_PARTS 10.0f
+#define SERVICE_PARTS_OBSERVED 5.0f
 // A residual counts as at least 0.2 % of the base.
 #define RESIDUAL_FLOOR_PU2 4e-6f
 // Confidence of what needs no pattern.
@@ -224,7 +226,8 @@ static bool is_apart(const dqw_monitor *m, int channel)
 
 static bool is_known(const dqw_monitor *m, int weight)
 {
-    return sd(m, weight) < SERVICE_SD * value(m, weight);
+    const float parts = m->config->estimator.observed ? SERVICE_PARTS_OBSERVED : SERVICE_PARTS;
+    return sd(m, weight) * parts < value(m, weight);
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.

@@ -16,8 +16,10 @@
 #define KNOWN_BANDS_Q15 49152
 // The winding's highest rise is forgotten by half in about twenty minutes of looks every 16 ms: a part of 1e-5.
 #define HOTTEST_FORGETS 100000
-// A parameter is so many deviations from nought: the model holds.
-#define SERVICE_PARTS 5
+// A parameter is known well enough for service, so many deviations from nought; beside an observer's angle, whose lean
+// its deviation holds whole (E106).
+#define SERVICE_PARTS 10
+#define SERVICE_PARTS_OBSERVED 5
 // Confidence of what needs no pattern: 0.99.
 #define SURE_Q15 32440
 // A pattern of less confidence is no name while the residual is above the threshold, and is waited for elsewhere.
@@ -345,7 +347,8 @@ static void name(dqw_monitor_q15 *m, int channel)
 
 static bool is_known(const dqw_monitor_q15 *m, int weight)
 {
-    return (int64_t)sd(m, weight) * SERVICE_PARTS < value(m, weight);
+    const int parts = m->config->estimator.observed ? SERVICE_PARTS_OBSERVED : SERVICE_PARTS;
+    return (int64_t)sd(m, weight) * parts < value(m, weight);
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.

@@ -13,7 +13,7 @@ namespace dqw {
 namespace {
 
 /// Up to this part of itself a parameter may be uncertain in service.
-constexpr double kKnown = 0.2;
+constexpr double kKnown = 0.1, kKnownObserved = 0.2;
 constexpr std::size_t kMostTold = 5;
 
 struct Help {
@@ -54,11 +54,12 @@ std::string why_no_service(const MonitorRun& run)
 {
     if (run.served) return "";
     std::vector<std::string> unknown, help;
+    const double known = run.observed ? kKnownObserved : kKnown;
     for (const Help& h : helps) {
         const MonitorReading& r = run.last[static_cast<std::size_t>(h.channel)];
         const MonitorSight& sight = run.sights[static_cast<std::size_t>(h.channel)];
         const bool of_no_map = dqw_watch_is_map(h.channel) && sight.why == DQW_WHY_NOT_ASKED;
-        if (of_no_map || r.sd < kKnown * r.value) continue;
+        if (of_no_map || r.sd < known * r.value) continue;
         const std::string title = channel_named(h.channel).title;
         unknown.push_back(title);
         help.push_back(fmt::format("for {} {}", title, h.excitation));
@@ -67,7 +68,7 @@ std::string why_no_service(const MonitorRun& run)
     const bool lacks = run.end.blocks > 0 && 1e6 * run.end.residual_pu > run.end.stage.threshold_ppm;
     if (!unknown.empty())
         return fmt::format(
-            "{} {} not known within {:.0f} %; {}", list(unknown), unknown.size() == 1 ? "is" : "are", 100.0 * kKnown,
+            "{} {} not known within {:.0f} %; {}", list(unknown), unknown.size() == 1 ? "is" : "are", 100.0 * known,
             lacks ? fmt::format(
                         "the model leaves {:.2g} % of the voltage base unexplained, dqwatch trace tells what it lacks",
                         100.0 * run.end.residual_pu)

@@ -56,7 +56,7 @@ struct MonitorRun {
     double sights_s = 0.0;
     bool averages = false;           ///< looks of a slow log, not samples
     std::vector<std::string> notes;  ///< of what it did
-    bool angle = false, ripple_watched = false, friction_wanted = false;
+    bool angle = false, observed = false, ripple_watched = false, friction_wanted = false;
     double watched_from_s = 0.0;           ///< healthy values stand from here; of use where `watched` is
     double entered_s = 0.0;                ///< service, for the first time; of use where `served` is
     bool served = false, watched = false;  ///< in service at all; for long enough to have healthy values

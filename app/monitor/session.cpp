@@ -27,6 +27,7 @@ MonitorSession::MonitorSession(const MonitorSetup& setup, MonitorEngine& monitor
 {
     run_.begin_s = run_.end_s = begin_s;
     run_.angle = setup.config.estimator.angle;
+    run_.observed = setup.config.estimator.observed;
     run_.friction_wanted = setup.config.J_kgm2 > 0.0F;
     halves_.push_back({0, begin_s});
     stage_from(begin_s);
