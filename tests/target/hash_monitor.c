@@ -81,8 +81,8 @@ static uint32_t run(hash *h, bool lent)
     for (int k = 1; k <= (lent ? 6000 : 25000); k++) {
         stimulus_next(&s);
         dqw_sample_q15 sample = stimulus_sample(&s);
-        // From here on, a fifth more flux.
-        if (k > 16000) sample.v_q_q15 = dqw_q15_sat(sample.v_q_q15 + sample.w_m_q15 / 4);
+        // From here on, much more flux.
+        if (k > 16000) sample.v_q_q15 = dqw_q15_sat(sample.v_q_q15 + sample.w_m_q15 / 2);
         // Bits without sense would last in the residual, and nothing be known.
         const bool limited = s.limited || k % 2500 > 2470 || k % 2500 < 3;
         hash_put(h, dqw_monitor_sample_q15(m, &sample, limited));

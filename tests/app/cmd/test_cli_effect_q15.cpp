@@ -182,8 +182,8 @@ static void fixed_point_follows_float_through_noise_of_a_fifth(void)
 {
     std::size_t known = 0;
     const Off all = over_effects("0.2", known);
-    // Dead time's machine, where the noise of the currents is above the width; else 0.3.
-    near(0.71, all.plain, "parameters");
+    // What quantisation and noise make of it, on every machine.
+    near(0.29, all.plain, "parameters");
     near(1.4, all.weight, "weights");
     TEST_ASSERT_TRUE(known >= 34);
 }
