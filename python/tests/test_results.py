@@ -118,7 +118,7 @@ def test_the_frame_is_as_high_as_its_page(weak: dqwatch.SimResult, tmp_path: Pat
     chrome = Chrome(tmp_path / "profile")
     try:
         frame = "document.querySelector('iframe')"
-        inside = f"{frame}.contentDocument.body.offsetHeight"
+        inside = f"{frame}.contentDocument?.body?.offsetHeight"
         chrome.size(1200, 900)
         chrome.go(path.as_uri())
         chrome.until(f"{frame} && {inside} > 700 && {frame}.clientHeight === {inside}")
