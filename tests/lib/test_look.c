@@ -283,7 +283,7 @@ static dqw_fault_verdict named(const dqw_monitor *m)
         dqw_monitor_channel_value x;
         dqw_monitor_read_channel(m, i, &x);
         const double least = hypot((double)x.sd, band_of(m, i) / 3);
-        const bool known = (double)x.sd < (double)DQW_UNKNOWN;
+        const bool known = (double)x.sd < (double)DQW_UNKNOWN && m->watch.looks[i] >= 20;
         if (dqw_watch_is_map(i)) {
             change[i] = 0;
             unit[i] = DQW_UNKNOWN;
@@ -325,7 +325,8 @@ static void test_what_is_named(void)
         const int drawn = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
         const int channel = dqw_watch_is_map(drawn) ? drawn + 2 : drawn;  // no map here
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
-            m.watch.looks[i] = 255;
+            // Some have no healthy value yet: they say nothing of its name.
+            m.watch.looks[i] = i != channel && (k + i) % 7 == 3 ? 19 : 255;
             m.watch.change[i].above = 7;
         }
         if (channel < DQW_WATCH_OFFSET)

@@ -307,7 +307,7 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(m, i, &x);
         const double least = hypot(x.sd / Q24, band_of(m, i) / 3);
-        const bool known = x.sd != INT32_MAX;
+        const bool known = x.sd != INT32_MAX && m->watch.looks[i] >= 20;
         if (dqw_watch_is_map(i)) {
             change_q24[i] = 0;
             unit_q24[i] = INT32_MAX;
@@ -351,7 +351,8 @@ static void test_what_is_named(void)
         const int drawn = (int)(random_bits(&r) % DQW_WATCH_TEMPERATURE);
         const int channel = dqw_watch_is_map(drawn) ? drawn + 2 : drawn;  // no map here
         for (int i = 0; i < DQW_WATCH_TEMPERATURE; i++) {
-            m.watch.looks[i] = 255;
+            // Some have no healthy value yet: they say nothing of its name.
+            m.watch.looks[i] = i != channel && (k + i) % 7 == 3 ? 19 : 255;
             m.watch.change[i].above = 7;
         }
         if (channel < DQW_WATCH_OFFSET)
