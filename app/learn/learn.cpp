@@ -175,26 +175,48 @@ void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
                                           "--effect dead_time learns it");
 }
 
-/// A filter of the currents, that a plain fit of the same logs shows and blocks do not, moves the learners' values as it
-/// moves the fit's: by how much stands in the deviations. (E166)
-void allow_for_hidden_filter(const std::vector<Log>& logs, Learned& learned)
+/// What a plain fit of the same logs knows and blocks do not: a filter of the currents, and, where no dead time is
+/// learned, an inverter's loss move the learners' values as they move the fit's; and what the two make of one value
+/// differs by no more than the fit's deviation allows, or one of them is wrong. By how much stands in the deviations.
+/// `comparable`: the learners' model is the fit's, or has a dead time more. (E166), (E187)
+void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learns_loss, Learned& learned)
 {
-    constexpr double kTelling = 0.02;
-    const std::optional<HiddenLoss> hidden = hidden_filter_in(logs, learned.model.pole_pairs);
-    if (!hidden) return;
-    bool tells = false;
+    constexpr double kTelling = 0.02, kBeyond = 3.0;
+    const std::optional<PlainLook> fit = plain_look(logs, learned.model.pole_pairs);
+    if (!fit) return;
+    bool filtered = false, lossy = false;
+    std::vector<std::string> apart;
     for (Estimate& e : learned.result.parameters) {
         static const char* const kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
         const auto at = std::find(std::begin(kNames), std::end(kNames), e.name) - std::begin(kNames);
         if (at == std::end(kNames) - std::begin(kNames) || e.given) continue;
-        e.sd = std::hypot(e.sd, hidden->filter_sd[at]);
-        tells = tells || 3.0 * hidden->filter_sd[at] > kTelling * std::abs(e.value);
+        const auto telling = [&](double sd) { return 3.0 * sd > kTelling * std::abs(e.value); };
+        const double by = fit->value[at] - e.value;
+        if (fit->filtered) {
+            filtered = filtered || telling(fit->hidden.filter_sd[at]);
+            e.sd = std::hypot(e.sd, fit->hidden.filter_sd[at]);
+        }
+        if (!learns_loss) {
+            lossy = lossy || telling(fit->hidden.loss_sd[at]);
+            e.sd = std::hypot(e.sd, fit->hidden.loss_sd[at]);
+        }
+        if (comparable && std::abs(by) > kBeyond * std::hypot(fit->sd[at], e.sd)) {
+            e.sd = std::hypot(e.sd, by);
+            if (telling(by)) apart.push_back(e.name);
+        }
     }
-    if (tells)
+    if (filtered)
         learned.result.notes.push_back(
             fmt::format("currents filtered by a time constant of about {:.3g} us would explain part of what this model "
                         "leaves; by how much they move the values is in their deviations; dqwatch trace tells",
-                        1e6 * hidden->filter_s));
+                        1e6 * fit->hidden.filter_s));
+    if (lossy)
+        learned.result.notes.push_back("an inverter whose legs lose voltage with the sign of their current would move "
+                                       "the values; by how much is in their deviations; --effect dead_time learns it");
+    if (!apart.empty())
+        learned.result.notes.push_back(fmt::format(
+            "warning: a fit of the same rows makes {} another; by how much is in the deviations; dqwatch trace tells why",
+            fmt::join(apart, ", ")));
 }
 
 /// A flux map is the machine's where its bend counts once.
@@ -225,8 +247,10 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     Learned learned = any_width ? over_widths(logs, those) : learn_those(logs, those);
     if (options.allow_for_hidden_loss && may_hide_a_loss(logs, those.inputs))
         allow_for_hidden_loss(logs, those, learned);
-    if (options.allow_for_hidden_loss && logs.front().regime == Regime::dynamic && learned.model.pole_pairs > 0.0)
-        allow_for_hidden_filter(logs, learned);
+    if (options.allow_for_hidden_loss && logs.front().regime == Regime::dynamic && learned.model.pole_pairs > 0.0) {
+        const bool loss = dead_time < those.inputs.size();
+        hold_beside_a_fit(logs, those.inputs.size() == (loss ? 1 : 0), loss, learned);
+    }
     note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;

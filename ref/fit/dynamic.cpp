@@ -295,7 +295,7 @@ Result fit_dynamic(const Task& task)
     return result;
 }
 
-std::optional<HiddenLoss> hidden_filter_in(const std::vector<Log>& logs, double pole_pairs)
+std::optional<PlainLook> plain_look(const std::vector<Log>& logs, double pole_pairs)
 {
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
     if (rows_of(pieces) < kLeastRows) return {};
@@ -305,8 +305,7 @@ std::optional<HiddenLoss> hidden_filter_in(const std::vector<Log>& logs, double 
     PolePairs p;
     const Solution s = first_look(task, pieces, free, p);
     if (!s.ok) return {};
-    HiddenLoss hidden = hidden_loss(pieces, pole_pairs, {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
-    if (!(hidden.filtered > kLikely)) return {};
+    const HiddenLoss hidden = hidden_loss(pieces, pole_pairs, {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
     const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
     WithoutEffects model = dynamic_model(task, part);
     model.prepare(s.theta);
@@ -314,12 +313,15 @@ std::optional<HiddenLoss> hidden_filter_in(const std::vector<Log>& logs, double 
     HiddenLoss none = hidden;
     none.loss_sd.setZero(), none.filter_sd.setZero();
     add_hidden(task, part, s.theta, s, static_cast<double>(model.rows()), false, none, covariance);
-    const auto stands_out = [&](int of) {
-        const Assessment& a = covariance.each[static_cast<std::size_t>(of)];
-        return a.verdict == Verdict::determined && hidden.filter_sd[of] > a.sd;
-    };
-    if (!stands_out(kLd) && !stands_out(kLq)) return {};
-    return hidden;
+    PlainLook look{s.theta.head(4), Eigen::Vector4d::Constant(HUGE_VAL), hidden, false};
+    for (const int j : {kR, kLd, kLq, kPsi}) {
+        const Assessment& a = covariance.each[static_cast<std::size_t>(j)];
+        if (a.verdict != Verdict::determined) continue;
+        look.sd[j] = std::hypot(a.sd, hidden.loss_sd[j], hidden.filter_sd[j]);
+        const bool inductance = j == kLd || j == kLq;
+        look.filtered = look.filtered || (inductance && hidden.filtered > kLikely && hidden.filter_sd[j] > a.sd);
+    }
+    return look;
 }
 
 }  // namespace dqw

@@ -15,9 +15,17 @@ namespace dqw {
 ///         where rows are too few.
 Result fit_dynamic(const Task& task);
 
-/// A filter of the currents that a plain fit shows, of at most 20 000 of the logs' rows, their pole pairs known.
-/// Returns nothing where it is not likely, or takes less from L_d and from L_q than such a fit does not tell anyway.
-std::optional<HiddenLoss> hidden_filter_in(const std::vector<Log>& logs, double pole_pairs);
+/// What a plain fit says of logs that others learn from: R, L_d, L_q, psi, and deviations that hold what may be hidden,
+/// infinite where the rows do not tell.
+struct PlainLook {
+    Eigen::Vector4d value, sd;
+    HiddenLoss hidden;
+    bool filtered = false;  ///< a filter is likely, and takes more from L_d or L_q than the fit does not tell anyway
+};
+
+/// A plain fit of at most 20 000 of the logs' rows, their pole pairs known. Returns nothing where they are too few or it
+/// does not converge.
+std::optional<PlainLook> plain_look(const std::vector<Log>& logs, double pole_pairs);
 
 }  // namespace dqw
 #endif

@@ -19,6 +19,8 @@ constexpr double kSeparateNats = 1.0;
 /// Part of the nats given back for noise in laws by which they may be off: with 1.8 % of noise on all columns a log's
 /// true eddies lack a third more than they are given. (E167)
 constexpr double kLawNoiseOff = 0.5;
+/// As many as what few blocks gain must have where they do not lie together.
+constexpr double kCompleteNats = 40.0;
 constexpr std::size_t kMostAlike = 3;  ///< in a report: more help nobody
 /// Effects that a round fits, of those that did best as a linear step, and passes of a fit: more cost time, (E48).
 constexpr std::size_t kRefined = 5;
@@ -107,6 +109,13 @@ Refined refine_gains(const Model& model, const Point& start)
     return best;
 }
 
+/// Confirmed, or all that the log had above its noise: what drifts gains in few blocks that lie together, which no t over
+/// blocks calls more than chance. (E48)
+bool told(const Model& model, const Better& gain, const Point& without, const Point& with, const SelectOptions& options)
+{
+    return confirmed(model, gain) || (gain.nats >= kCompleteNats && options.completes && options.completes(without, with));
+}
+
 /// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
 /// predictions' errors (a part less of them is about that many nats a row). What a log with a rest has many of are
 /// small gains that mean nothing. As (E48) has it.
@@ -114,7 +123,7 @@ bool needed(const Model& model, const Refined& without, const Refined& with, con
 {
     constexpr double kLeastPart = 0.05, kSame = 1.01;
     const Better gain = better(model, without.left, with.left);
-    if (!confirmed(model, gain)) return false;
+    if (!told(model, gain, without.point, with.point, options)) return false;
     const std::vector<double> a = options.reported_rms(without.point), b = options.reported_rms(with.point);
     bool grows = false;
     for (std::size_t c = 0; c < a.size(); ++c) {
@@ -701,7 +710,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         for (const Tried& t : tried)
             if (n == 0 && t.refined.ok) s.fitted.push_back({t.name, t.over});
         for (const Tried& t : tried) {
-            if (!t.refined.ok || !confirmed(model, t.over)) continue;
+            if (!t.refined.ok || !told(model, t.over, s.best.point, t.refined.point, options)) continue;
             if (taken && !stands_before(t, *taken)) continue;
             const std::string why = options.veto ? options.veto(t.refined.point) : std::string();
             if (!why.empty()) {

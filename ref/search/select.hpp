@@ -68,6 +68,9 @@ struct SelectOptions {
     std::function<Refined(Refined)> settle;
     /// a point's saturation, or none, as a flux map fitted in its place; not ok where there is nothing left to explain
     std::function<Refined(const Point&)> mapped;
+    /// Whether the second point leaves next to nothing above the log's noise where the first leaves what is more than
+    /// noise; absent: never.
+    std::function<bool(const Point&, const Point&)> completes;
     /// Nats on the rows held out that a point's effects lose to noise of the columns in their own laws; absent: none.
     std::function<double(const Refined&)> to_law_noise;
     /// How the legs may pulse within a period, where that may be part of what a point leaves; absent: they do not.

@@ -31,6 +31,12 @@ double share_of(double before, double after, double floor)
     return most > 0.0 ? 1.0 - excess(after, floor) / most : 0.0;
 }
 
+bool completes(double before, double after, double floor)
+{
+    constexpr double kNearlyAll = 0.9;
+    return above(before, floor, false) && share_of(before, after, floor) >= kNearlyAll;
+}
+
 bool carries(const Finding& all, double with, double without)
 {
     return !above(all.after, all.floor, all.after_exact) ||

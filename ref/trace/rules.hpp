@@ -28,6 +28,9 @@ bool explains(const Finding& f);
 /// Part of what is above the noise that is gone; below 0 where there is more.
 double share_of(double before, double after, double floor);
 
+/// Does an effect take nearly all that is above the noise, where that is more than noise?
+bool completes(double before, double after, double floor);
+
 /// Is one effect of several to be named? `all`: with every one of them; `with`, `without`: what is left with it, and
 /// once the others are fitted alone. Not where it takes less than what stays above the noise: what has no name is then
 /// larger, and an effect that it resembles stands in for it.

@@ -379,6 +379,9 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
         };
     if (setup.regime == Regime::dynamic)
         o.to_law_noise = [&setup](const Refined& r) { return nats_to_law_noise(setup, r); };
+    o.completes = [&judge](const Point& few, const Point& more) {
+        return completes(judge.rms(few), judge.rms(more), judge.noise(more).floor);
+    };
     o.pulses = [&setup, &judge](const Point& p) { return pulses_of(setup, judge, p); };
     o.reported_rms = [&judge](const Point& p) { return judge.each(p); };
     o.reported_rms_to = [&judge](const Point& p, double most) { return judge.rms_to(p, most); };
