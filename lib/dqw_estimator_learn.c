@@ -51,6 +51,11 @@ static void take_noise_out(dqw_estimator *e, const dqw_estimator_rows *n, const 
         const float by = 1.0f / ratio[axis];
         for (int i = 0; i < DQW_PARAMETERS; i++)
             if ((mask[axis] >> i & 1u) != 0) z[i] += n->var[axis][i] * by;
+        // Row by row, as the inputs' power is.
+        for (int L = DQW_LD; L <= DQW_LQ && e->blocks > DQW_LASTING_FROM; L++) {
+            const float noisy = (mask[axis] >> L & 1u) != 0 ? n->var[axis][L] * by : 0.0f;
+            e->noisy_pu2[L - DQW_LD] += (noisy - e->noisy_pu2[L - DQW_LD]) * dqw_lasting_part(e, 1.0f);
+        }
     }
     for (int i = 0; i < DQW_PARAMETERS; i++) {
         if (z[i] * dqw_gain_covariance(&e->gain, i, i) > NOISE_PART_MAX) return;

@@ -30,6 +30,8 @@
 #define MODEL_PART 0.4f
 // To so much an angle's law is off by 2 % of it.
 #define LAW_HOLDS_RAD 0.25f
+// Of what noise takes, where the answer may be any part of it.
+#define ANSWER_PART 0.58f
 // Squared it is finite.
 #define SD_MOST 1e18f
 
@@ -171,10 +173,28 @@ static float of_scale(const dqw_estimator *e, int weight)
     return 1e-6f * (float)e->config->voltage_scale_ppm * fabsf(dqw_estimator_value(e, weight));
 }
 
+// Noise of the currents that a controller answers goes with the voltage, and what is taken out for noise is taken for
+// its answer as well: an inductance may be off by a part of it, and the flux by what goes with that. (E188)
+static float of_answer(const dqw_estimator *e, int weight)
+{
+    if (weight < DQW_LD || weight > DQW_PSI) return 0.0f;
+    float square_pu2 = 0.0f;
+    for (int L = DQW_LD; L <= DQW_LQ; L++) {
+        const float noisy = e->noisy_pu2[L - DQW_LD];
+        if (!(noisy > 0.0f) || (weight != L && weight != DQW_PSI)) continue;
+        const float clear = e->alone_pu2[L] - noisy;
+        const float with_L = dqw_gain_covariance(&e->gain, weight, L) / dqw_gain_covariance(&e->gain, L, L);
+        // All of it at most: then nothing of it is the machine's.
+        const float off_pu = ANSWER_PART * e->w_pu[L] * with_L * (clear > noisy ? noisy / clear : 1.0f);
+        square_pu2 += off_pu * off_pu;
+    }
+    return sqrtf(square_pu2) * dqw_estimator_unit(e, weight);
+}
+
 float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
-    const float unseen = with(of_voltage(e, weight), of_scale(e, weight));
+    const float unseen = with(with(of_voltage(e, weight), of_scale(e, weight)), of_answer(e, weight));
     const float hides = hidden(e, weight, &now, e->opened > 0 ? e->segment.since : 0);
     return with(with(dqw_estimator_noise_sd(e, weight), hides), unseen);
 }

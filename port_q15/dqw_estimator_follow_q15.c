@@ -243,6 +243,13 @@ void dqw_estimator_keep_alone_q15(dqw_estimator_q15 *e, const int64_t before_q40
     }
 }
 
+void dqw_estimator_keep_noisy_q15(dqw_estimator_q15 *e, int L, int64_t noisy_q48)
+{
+    if (e->blocks > DQW_LASTING_FROM_Q15)
+        toward_power(&e->residual.noisy_q35[L - DQW_LD], dqw_q_floor64(noisy_q48, 13), dqw_lasting_part_q30(e, 1),
+                     turn_of(e) + (uint32_t)L * GOLDEN);
+}
+
 // Down at once, up slowly: by 0.15 of itself; from nothing to what noise would hide, some per cent of all, in about as
 // many segments as bands are young.
 static int64_t calmer(int64_t calm_q56, int64_t now_q56, int64_t all_q56, bool first)

@@ -16,6 +16,8 @@
 // The period by which a voltage is late counts as 0 or 1 within 0.35, and a deviation of 0.16.
 #define LATE_NEAR_Q20 367002
 #define LATE_SD_Q20 167772
+// Of what noise takes, where the answer may be any part of it: 0.58.
+#define ANSWER_PART_Q31 1245540516
 // Of what may stand in line with an input, what does: 0.4, squared.
 #define MODEL_PART2_Q31 343597384
 #define MILLIONTH_Q32 4295u
@@ -219,12 +221,38 @@ static int64_t of_voltage_q56(const dqw_estimator_q15 *e, int weight)
     return dqw_q_product64(dqw_q_quotient64(square_q56, alone_q31, 30), by_q24, -24);
 }
 
+// Noise of the currents that a controller answers goes with the voltage, and what is taken out for noise is taken for
+// its answer as well: an inductance may be off by a part of it, and the flux by what goes with that. (E188)
+static int64_t of_answer_q56(const dqw_estimator_q15 *e, int weight)
+{
+    const int64_t *a = e->normal.a_q32;
+    int64_t square_q56 = 0;
+    for (int L = DQW_LD; L <= DQW_LQ; L++) {
+        const int64_t noisy = e->residual.noisy_q35[L - DQW_LD];
+        const int64_t clear = (int64_t)e->residual.alone_q31[L] * 16 - noisy;
+        if (noisy == 0 || (weight != L && weight != DQW_PSI)) continue;
+        // All of it at most: then nothing of it is the machine's.
+        const int64_t part_q31 = dqw_q_times64(clear > noisy ? dqw_q_quotient64(noisy, clear, 31) : (int64_t)1 << 31,
+                                               ANSWER_PART_Q31, -31);
+        const int64_t w_q24 = dqw_q_size64(e->w_q24[L]) * ((int64_t)1 << dqw_estimator_shift_q15(e, L));
+        int64_t off_q28 = dqw_q_product64(w_q24, part_q31, -27);
+        if (L != weight) {
+            const int64_t both = a[L < weight ? DQW_NORMAL_A(L, weight) : DQW_NORMAL_A(weight, L)];
+            off_q28 = dqw_q_product64(off_q28, dqw_q_quotient64(both, a[DQW_NORMAL_A(weight, weight)], 24), -24);
+        }
+        const int64_t bounded_q28 = dqw_q31_sat(off_q28);
+        square_q56 = sum_q56(square_q56, bounded_q28 * bounded_q28);
+    }
+    return square_q56;
+}
+
 static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
 {
     const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
     const int64_t hides = hidden_q56(e, weight, &now, e->residual.opened > 0 ? e->segment.since : 0);
     const int64_t more = of_voltage_q56(e, weight);
-    return hides == INT64_MAX || more == INT64_MAX ? INT64_MAX : sum_q56(hides, more);
+    if (hides == INT64_MAX || more == INT64_MAX) return INT64_MAX;
+    return sum_q56(sum_q56(hides, more), e->config->settled ? 0 : of_answer_q56(e, weight));
 }
 
 int32_t dqw_estimator_sd_q24(const dqw_estimator_q15 *e, int weight)

@@ -63,8 +63,12 @@ void dqw_estimator_take_noise_out_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *
     const int32_t *w = e->w_q24;
     int64_t z_q48[N] = {0};
     for (int axis = 0; axis < 2; axis++)
-        for (int i = 0; i < N; i++)
-            if ((mask[axis] >> i & 1u) != 0) z_q48[i] += weighed(r->noise_q56[axis][i], by_q24[axis]);
+        for (int i = 0; i < N; i++) {
+            const bool taught = (mask[axis] >> i & 1u) != 0;
+            const int64_t noisy_q48 = taught ? weighed(r->noise_q56[axis][i], by_q24[axis]) : 0;
+            z_q48[i] += noisy_q48;
+            if (i == DQW_LD || i == DQW_LQ) dqw_estimator_keep_noisy_q15(e, i, noisy_q48);
+        }
     for (int i = 0; i < N; i++) {
         if (dqw_q_product64(z_q48[i], e->cov_q40[i], -48) > NOISE_PART_MAX_Q40) return;
         z_q48[i] = dqw_q_times64(z_q48[i], w[i], -24);

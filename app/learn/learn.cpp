@@ -196,8 +196,8 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
             filtered = filtered || telling(fit->hidden.filter_sd[at]);
             e.sd = std::hypot(e.sd, fit->hidden.filter_sd[at]);
         }
-        if (!learns_loss) {
-            lossy = lossy || telling(fit->hidden.loss_sd[at]);
+        if (!learns_loss && telling(fit->hidden.loss_sd[at])) {
+            lossy = true;
             e.sd = std::hypot(e.sd, fit->hidden.loss_sd[at]);
         }
         if (comparable && std::abs(by) > kBeyond * std::hypot(fit->sd[at], e.sd)) {
@@ -210,7 +210,9 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
             fmt::format("currents filtered by a time constant of about {:.3g} us would explain part of what this model "
                         "leaves; by how much they move the values is in their deviations; dqwatch trace tells",
                         1e6 * fit->hidden.filter_s));
-    if (lossy)
+    const auto tells_loss = [](const std::string& note) { return note.find("--effect dead_time") != std::string::npos; };
+    const auto& notes = learned.result.notes;
+    if (lossy && std::none_of(notes.begin(), notes.end(), tells_loss))
         learned.result.notes.push_back("an inverter whose legs lose voltage with the sign of their current would move "
                                        "the values; by how much is in their deviations; --effect dead_time learns it");
     if (!apart.empty())

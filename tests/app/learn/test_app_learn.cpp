@@ -419,6 +419,38 @@ void a_filter_that_nobody_declared_is_in_the_deviations()
     }
 }
 
+/// Of rows in which a loop answers noise and nothing else moves i_d, blocks make L_d and psi what a fit does not. (E187)
+void what_a_fit_makes_another_is_in_the_deviations()
+{
+    dqw::LearnOptions plain, allows;
+    allows.allow_for_hidden_loss = true;
+    const auto log = simulated("servo_ideal", {"seed=60526", "sensing.noise_A=0.1", "profile.v_d_V.binary=0",
+                                               "profile.v_q_V.binary=0", "profile.i_d_A=-1", "profile.i_d_A.random=0",
+                                               "drive.current_bandwidth_rad_s=3000", "duration_s=6"});
+    const Result blind = dqw::learn({log}, plain), seen = dqw::learn({log}, allows);
+    const auto *was = find(blind, "psi_Wb"), *psi = find(seen, "psi_Wb");
+    TEST_ASSERT_TRUE(was != nullptr && psi != nullptr);
+    const double off = psi->value - *log.machine.psi_Wb;
+    TEST_ASSERT_TRUE_MESSAGE(std::abs(off) < 2 * psi->sd && psi->sd < 0.02 * *log.machine.psi_Wb,
+                             (std::to_string(1e6 * off) + " +- " + std::to_string(1e6 * psi->sd) + ", before " +
+                              std::to_string(1e6 * was->sd))
+                                 .c_str());
+    const auto* L = find(seen, "Ld_H");
+    TEST_ASSERT_TRUE(L == nullptr || std::abs(L->value - *log.machine.Ld_H) < 3 * L->sd);
+}
+
+/// A compensation that is not in the log takes the loss of the legs for more than it is: R reads low, and a plain
+/// fit's deviation knows. (E166)
+void a_loss_that_a_fit_knows_is_in_the_deviations()
+{
+    dqw::LearnOptions allows;
+    allows.allow_for_hidden_loss = true;
+    const auto log = simulated("drive_compensated", {"seed=60527"});
+    const Result seen = dqw::learn({log}, allows);
+    const auto* R = find(seen, "R_ohm");
+    TEST_ASSERT_TRUE(R == nullptr || std::abs(R->value - *log.machine.R_ohm) < 3 * R->sd);
+}
+
 /// Both arithmetics learn the same of legs that rest, and of an angle that is an observer's.
 void fixed_point_knows_the_legs_and_the_observer()
 {
@@ -671,6 +703,8 @@ int main(void)
     RUN_TEST(a_width_that_nobody_gave_is_sought);
     RUN_TEST(a_loss_that_nobody_asked_for_is_in_the_deviations);
     RUN_TEST(a_filter_that_nobody_declared_is_in_the_deviations);
+    RUN_TEST(what_a_fit_makes_another_is_in_the_deviations);
+    RUN_TEST(a_loss_that_a_fit_knows_is_in_the_deviations);
     RUN_TEST(fixed_point_knows_the_legs_and_the_observer);
     RUN_TEST(a_leg_that_rests_may_lose_voltage_too);
     RUN_TEST(what_an_angle_turned_is_read_in_the_machines_own_frame);

@@ -310,6 +310,16 @@ static void what_is_too_small_for_a_name_stands_in_the_deviations(void)
                              (std::to_string(off) + " +- " + std::to_string(psi->sd)).c_str());
 }
 
+// A magnet that warms gains at both ends of the rows held out and nothing between: a t over blocks of 2.8, where it takes
+// 97 % of what is above the noise.
+static void a_drift_that_takes_all_is_named(void)
+{
+    const blind::Case c = blind::draw(55270);
+    const dqw::TraceResult result = dqw::trace({c.log});
+    TEST_ASSERT_EQUAL_size_t(1, result.effects.size());
+    TEST_ASSERT_EQUAL_STRING("magnet_temperature", result.effects[0].name.c_str());
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -329,5 +339,6 @@ int main(void)
     RUN_TEST(a_short_lag_is_known_as_well_as_it_says);
     RUN_TEST(what_noise_in_a_law_may_decide_is_not_told_apart);
     RUN_TEST(what_is_too_small_for_a_name_stands_in_the_deviations);
+    RUN_TEST(a_drift_that_takes_all_is_named);
     return UNITY_END();
 }

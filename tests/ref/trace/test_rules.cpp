@@ -68,6 +68,15 @@ static void what_takes_most_is_named_whatever_its_deviation(void)
     TEST_ASSERT_FALSE(dqw::carries_most({0.129, 0.1, 0.1, false, false, false}, 0.129));
 }
 
+static void what_leaves_next_to_nothing_completes(void)
+{
+    // 0.9 of what is above a floor of 0.1 is gone at sqrt(0.01 + 0.1 * 0.03) = 0.1140.
+    TEST_ASSERT_TRUE(dqw::completes(0.2, 0.1139, 0.1));
+    TEST_ASSERT_FALSE(dqw::completes(0.2, 0.1141, 0.1));
+    TEST_ASSERT_TRUE(dqw::completes(0.131, 0.1, 0.1));
+    TEST_ASSERT_FALSE(dqw::completes(0.129, 0.1, 0.1));
+}
+
 static void another_frame_is_better_or_plainer_and_needs_no_effect_more(void)
 {
     const struct {
@@ -124,6 +133,7 @@ int main(void)
     RUN_TEST(one_of_several_takes_more_than_what_has_no_name);
     RUN_TEST(what_looks_like_another_and_leaves_noise_is_idle);
     RUN_TEST(what_takes_most_is_named_whatever_its_deviation);
+    RUN_TEST(what_leaves_next_to_nothing_completes);
     RUN_TEST(another_frame_is_better_or_plainer_and_needs_no_effect_more);
     RUN_TEST(what_is_left_is_structured_or_noise);
     RUN_TEST(verdicts_are_four);
