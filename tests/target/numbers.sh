@@ -220,11 +220,11 @@ limits() {
     limit "$(value m0 held_q15 worst)" 2100
     printf ' |\n| state of a motor, monitor: bytes'
     limit "$(value m4f monitor_float state)" 1600
-    limit "$(value m4f monitor_q15 state)" 1856
-    limit "$(value m0 monitor_q15 state)" 1856
+    limit "$(value m4f monitor_q15 state)" 1864
+    limit "$(value m0 monitor_q15 state)" 1864
     printf ' |\n| flash, monitor with `init`, `sample`, `background`, `event`: bytes'
-    limit "$(value m4f monitor_float flash)" 27500
-    limit "$(value m4f monitor_q15 flash)" 37500
+    limit "$(value m4f monitor_float flash)" 27800
+    limit "$(value m4f monitor_q15 flash)" 37900
     limit "$(value m0 monitor_q15 flash)" 43500
     for more in lent stored; do
         case $more in lent) printf ' |\n| with memory lent to stage 2, its Random Learner' ;; *) printf ' |\n| with `store` and `restore`' ;; esac
