@@ -210,15 +210,17 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
             fmt::format("currents filtered by a time constant of about {:.3g} us would explain part of what this model "
                         "leaves; by how much they move the values is in their deviations; dqwatch trace tells",
                         1e6 * fit->hidden.filter_s));
-    const auto tells_loss = [](const std::string& note) { return note.find("--effect dead_time") != std::string::npos; };
+    const auto tells_loss = [](const std::string& note) {
+        return note.find("--effect dead_time") != std::string::npos;
+    };
     const auto& notes = learned.result.notes;
     if (lossy && std::none_of(notes.begin(), notes.end(), tells_loss))
         learned.result.notes.push_back("an inverter whose legs lose voltage with the sign of their current would move "
                                        "the values; by how much is in their deviations; --effect dead_time learns it");
     if (!apart.empty())
-        learned.result.notes.push_back(fmt::format(
-            "warning: a fit of the same rows makes {} another; by how much is in the deviations; dqwatch trace tells why",
-            fmt::join(apart, ", ")));
+        learned.result.notes.push_back(fmt::format("warning: a fit of the same rows makes {} another; by how much is "
+                                                   "in the deviations; dqwatch trace tells why",
+                                                   fmt::join(apart, ", ")));
 }
 
 /// A flux map is the machine's where its bend counts once.

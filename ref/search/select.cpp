@@ -113,7 +113,8 @@ Refined refine_gains(const Model& model, const Point& start)
 /// blocks calls more than chance. (E48)
 bool told(const Model& model, const Better& gain, const Point& without, const Point& with, const SelectOptions& options)
 {
-    return confirmed(model, gain) || (gain.nats >= kCompleteNats && options.completes && options.completes(without, with));
+    return confirmed(model, gain) ||
+           (gain.nats >= kCompleteNats && options.completes && options.completes(without, with));
 }
 
 /// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
