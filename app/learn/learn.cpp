@@ -140,7 +140,7 @@ double told_loss_V(const Learned& learned)
 /// What the model lacks and an angle shows, a dead time first of all, moves the values alike in all blocks, so that their
 /// scatter does not tell. By how much stands in the deviations: of all values where that dead time is told, else of the
 /// ones that differ by more than the wider model's deviation allows two consistent estimates to. (E185)
-void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, Learned& learned)
+bool allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, Learned& learned)
 {
     constexpr double kBeyond = 3.0;  // deviations
     options.inputs.push_back({"dead_time", {}, {}});
@@ -157,7 +157,7 @@ void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
         if (beyond) moved.push_back(e.name);
         if (beyond || loss_V != 0.0) e.sd = std::hypot(e.sd, by);
     }
-    if (loss_V == 0.0 && moved.empty()) return;
+    if (loss_V == 0.0 && moved.empty()) return false;
     const auto hangs_on_it = [&](const Estimate& e) {
         return loss_V != 0.0 && !e.given && !find_estimate(with.result.parameters, e.name);
     };
@@ -173,13 +173,14 @@ void allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
                                  : fmt::format("with a dead time and the angle {} is another", fmt::join(moved, ", "));
     learned.result.notes.push_back(what + "; by how much it moves the values is in their deviations; "
                                           "--effect dead_time learns it");
+    return true;
 }
 
 /// What a plain fit of the same logs knows and blocks do not: a filter of the currents, and, where no dead time is
 /// learned, an inverter's loss move the learners' values as they move the fit's; and what the two make of one value
-/// differs by no more than the fit's deviation allows, or one of them is wrong. By how much stands in the deviations.
-/// `comparable`: the learners' model is the fit's, or has a dead time more. (E166), (E187)
-void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learns_loss, Learned& learned)
+/// differs by no more than both deviations allow, or one of them is wrong. By how much stands in the deviations.
+/// `comparable`: the learners' model is the fit's, or has a dead time more; `said`: that a loss shows. (E166), (E187)
+void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learns_loss, bool said, Learned& learned)
 {
     constexpr double kTelling = 0.02, kBeyond = 3.0;
     const std::optional<PlainLook> fit = plain_look(logs, learned.model.pole_pairs);
@@ -202,7 +203,7 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
         }
         if (comparable && std::abs(by) > kBeyond * std::hypot(fit->sd[at], e.sd)) {
             e.sd = std::hypot(e.sd, by);
-            if (telling(by)) apart.push_back(e.name);
+            if (telling(std::abs(by))) apart.push_back(e.name);
         }
     }
     if (filtered)
@@ -210,11 +211,7 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
             fmt::format("currents filtered by a time constant of about {:.3g} us would explain part of what this model "
                         "leaves; by how much they move the values is in their deviations; dqwatch trace tells",
                         1e6 * fit->hidden.filter_s));
-    const auto tells_loss = [](const std::string& note) {
-        return note.find("--effect dead_time") != std::string::npos;
-    };
-    const auto& notes = learned.result.notes;
-    if (lossy && std::none_of(notes.begin(), notes.end(), tells_loss))
+    if (lossy && !said)
         learned.result.notes.push_back("an inverter whose legs lose voltage with the sign of their current would move "
                                        "the values; by how much is in their deviations; --effect dead_time learns it");
     if (!apart.empty())
@@ -249,11 +246,11 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     const std::size_t dead_time = place_of_dead_time(those.inputs);
     const bool any_width = dead_time < those.inputs.size() && those.inputs[dead_time].shape.empty();
     Learned learned = any_width ? over_widths(logs, those) : learn_those(logs, those);
-    if (options.allow_for_hidden_loss && may_hide_a_loss(logs, those.inputs))
-        allow_for_hidden_loss(logs, those, learned);
+    const bool said = options.allow_for_hidden_loss && may_hide_a_loss(logs, those.inputs) &&
+                      allow_for_hidden_loss(logs, those, learned);
     if (options.allow_for_hidden_loss && logs.front().regime == Regime::dynamic && learned.model.pole_pairs > 0.0) {
         const bool loss = dead_time < those.inputs.size();
-        hold_beside_a_fit(logs, those.inputs.size() == (loss ? 1 : 0), loss, learned);
+        hold_beside_a_fit(logs, those.inputs.size() == (loss ? 1 : 0), loss, said, learned);
     }
     note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);

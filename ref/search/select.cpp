@@ -110,7 +110,7 @@ Refined refine_gains(const Model& model, const Point& start)
 }
 
 /// Confirmed, or all that the log had above its noise: what drifts gains in few blocks that lie together, which no t over
-/// blocks calls more than chance. (E48)
+/// blocks calls more than chance.
 bool told(const Model& model, const Better& gain, const Point& without, const Point& with, const SelectOptions& options)
 {
     return confirmed(model, gain) ||
