@@ -105,6 +105,17 @@ static inline dqw_estimator_config joint_in_service(const dqw_sim_machine *m, do
     return c;
 }
 
+/// The same of the simulated servo, whose bases are its own.
+static inline dqw_estimator_config servo_in_service(const dqw_sim_scenario *s, double dead_time_width_A)
+{
+    dqw_estimator_config c = joint_in_service(&s->machine, dead_time_width_A);
+    c.dt_s = (float)s->drive.dt_s;
+    c.v_base_V = 185;
+    c.i_base_A = 15;
+    c.w_base_rad_s = 200;
+    return c;
+}
+
 static inline void joint_learn(dqw_estimator *e, const dqw_sample *s)
 {
     if (dqw_estimator_sample(e, s, false) & DQW_EVENT_BLOCK) (void)dqw_estimator_background(e);

@@ -26,11 +26,7 @@ static void test_an_answered_noise_is_in_the_deviation(void)
     for (int n = 0; n < 2; n++) {
         const dqw_sim_scenario s = answering(bandwidths_rad_s[n]);
         const joint_log log = joint_run(&s);
-        dqw_monitor_config c = {.estimator = joint_in_service(&s.machine, 0)};
-        c.estimator.dt_s = (float)s.drive.dt_s;
-        c.estimator.v_base_V = 185;
-        c.estimator.i_base_A = 15;
-        c.estimator.w_base_rad_s = 200;
+        dqw_monitor_config c = {.estimator = servo_in_service(&s, 0)};
         for (int q15 = 0; q15 < 2; q15++) {
             static either_monitor m;
             TEST_ASSERT_EQUAL_INT(DQW_OK, either_init(&m, &c, q15 == 1));

@@ -32,11 +32,7 @@ static void test_an_inductance_at_one_angle(void)
 {
     const dqw_sim_scenario s = held();
     const joint_log log = joint_run(&s);
-    dqw_monitor_config c = {.estimator = joint_in_service(&s.machine, WIDTH_A)};
-    c.estimator.dt_s = (float)s.drive.dt_s;
-    c.estimator.v_base_V = 185;
-    c.estimator.i_base_A = 15;
-    c.estimator.w_base_rad_s = 200;
+    dqw_monitor_config c = {.estimator = servo_in_service(&s, WIDTH_A)};
     for (int q15 = 0; q15 < 2; q15++) {
         static either_monitor m;
         TEST_ASSERT_EQUAL_INT(DQW_OK, either_init(&m, &c, q15 == 1));
