@@ -165,6 +165,7 @@ typedef struct dqw_estimator {
     uint32_t noise_rows;                       ///< that its noise was a mean of
     uint32_t learned;                          ///< weights of which anything was ever learned
     int16_t excess_q10[DQW_ESTIMATOR_INPUTS];  ///< power of both axes' inputs above what teaches, over that; -1 .. 7
+    int16_t above_q10[2][2];                   ///< of L_d and L_q, each axis' power above its noise, over that
     uint16_t blocks;                           ///< learned, up to 65535
     uint16_t pole_pairs;                       ///< given or found; 0: not yet
     uint8_t restarts;  ///< times that the weights left all bounds, and learning began again, up to 255

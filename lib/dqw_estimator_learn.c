@@ -21,6 +21,7 @@
 #define COARSE_RATIO 1.5f
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3.0f
+#define OWN_MARGIN 2.0f
 // R needs currents of so many of dead time's widths, squared.
 #define STEP_MARGIN 16.0f
 #define EXCESS_PART (1.0f / 32.0f)
@@ -148,6 +149,33 @@ float dqw_estimator_size_pu(const dqw_estimator *e, int i)
     return fabsf(e->w_pu[i == DQW_PSI_Q && dqw_estimator_has_flux_q(e) ? DQW_PSI : i]);
 }
 
+// A mean power above the least that teaches, over that.
+static int16_t toward_excess(int16_t excess_q10, float power, float least)
+{
+    const float excess = (power < EXCESS_MAX * least ? power / least : EXCESS_MAX) - 1.0f;
+    const float mean = (float)excess_q10 * (1.0f / 1024.0f);
+    return (int16_t)((mean + (excess - mean) * EXCESS_PART) * 1024.0f);
+}
+
+// Noise alone in an inductance's slope is no slope, however much the other axis says; and that axis says it also where
+// it is little, or the flux would take it.
+static void choose_inductances(dqw_estimator *e, const dqw_estimator_rows *r, uint32_t mask[2])
+{
+    for (int axis = 0; axis < 2; axis++) {
+        const int cross = dqw_estimator_cross(e, axis);
+        const bool flux = (mask[axis] >> dqw_estimator_flux(axis) & 1u) != 0;
+        for (int L = DQW_LD; L <= DQW_LQ; L++) {
+            const float x = r->x[axis][L];
+            int16_t *above = &e->above_q10[L - DQW_LD][axis];
+            *above = toward_excess(*above, x * x, OWN_MARGIN * r->var[axis][L]);
+            if (*above <= 0)
+                mask[axis] &= ~(1u << L);
+            else if (L == cross && flux && x != 0.0f)
+                mask[axis] |= 1u << L;
+        }
+    }
+}
+
 // Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block,
 // which would bias. A settled row stands for itself.
 static void choose(dqw_estimator *e, const dqw_estimator_rows *r, uint32_t mask[2])
@@ -170,13 +198,12 @@ static void choose(dqw_estimator *e, const dqw_estimator_rows *r, uint32_t mask[
         // Among currents as small as dead time's step, its shape decides what is left for R.
         if (i == DQW_R) least += STEP_MARGIN * width_pu * width_pu;
         const float power = d * d + q * q;
-        const float excess = (power < EXCESS_MAX * least ? power / least : EXCESS_MAX) - 1.0f;
-        const float mean = (float)e->excess_q10[i] * (1.0f / 1024.0f);
-        e->excess_q10[i] = (int16_t)((mean + (excess - mean) * EXCESS_PART) * 1024.0f);
+        e->excess_q10[i] = toward_excess(e->excess_q10[i], power, least);
         if (e->excess_q10[i] <= 0) continue;
         if (d != 0.0f) mask[D] |= 1u << i;
         if (q != 0.0f) mask[Q] |= 1u << i;
     }
+    if (!c->settled) choose_inductances(e, r, mask);
     // There the other weights would take up what is wrong with dead time's shape.
     if (!c->settled && width_pu > 0.0f && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
 }

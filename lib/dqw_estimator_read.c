@@ -184,8 +184,11 @@ static float of_answer(const dqw_estimator *e, int weight)
         if (!(noisy > 0.0f) || (weight != L && weight != DQW_PSI)) continue;
         const float clear = e->alone_pu2[L] - noisy;
         const float with_L = dqw_gain_covariance(&e->gain, weight, L) / dqw_gain_covariance(&e->gain, L, L);
-        // All of it at most: then nothing of it is the machine's.
-        const float off_pu = ANSWER_PART * e->w_pu[L] * with_L * (clear > noisy ? noisy / clear : 1.0f);
+        const float w_pu = fabsf(e->w_pu[L]);
+        const float other_pu = fabsf(e->w_pu[L == DQW_LD ? DQW_LQ : DQW_LD]);
+        // All of it at most: then nothing of it is the machine's, and the other axis says how large it can be.
+        const float part_pu = clear > noisy ? w_pu * noisy / clear : other_pu > w_pu ? other_pu : w_pu;
+        const float off_pu = ANSWER_PART * part_pu * with_L;
         square_pu2 += off_pu * off_pu;
     }
     return sqrtf(square_pu2) * dqw_estimator_unit(e, weight);

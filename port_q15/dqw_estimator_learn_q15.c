@@ -19,6 +19,7 @@
 #define COARSE_BLOCKS 50u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3
+#define OWN_MARGIN 2
 // A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to
 // have stopped.
 #define EXCESS_BLOCKS 32
@@ -71,6 +72,39 @@ static int64_t square_q56(int64_t x_q40)
     return dqw_q_product64(x_q40, x_q40, -24);
 }
 
+// Up to 2^60
+static int64_t power_q54(int32_t x_q28)
+{
+    return (int64_t)x_q28 * x_q28 >> 2;
+}
+
+// A mean power above the least that teaches, over that.
+static int16_t toward_excess(int16_t excess_q10, int64_t power_q54, int64_t least_q56)
+{
+    const int64_t ratio_q10 = dqw_q_quotient64(power_q54, least_q56, 12);
+    const int32_t now_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
+    return (int16_t)(((EXCESS_BLOCKS - 1) * excess_q10 + now_q10) / EXCESS_BLOCKS);
+}
+
+// Noise alone in an inductance's slope is no slope, however much the other axis says; and that axis says it also where
+// it is little, or the flux would take it.
+static void choose_inductances(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2])
+{
+    for (int axis = 0; axis < 2; axis++) {
+        const int cross = dqw_estimator_cross_q15(e, axis);
+        const bool flux = (mask[axis] >> (axis == Q ? DQW_PSI : DQW_PSI_Q) & 1u) != 0;
+        for (int L = DQW_LD; L <= DQW_LQ; L++) {
+            const int32_t x_q28 = r->x_q28[axis][L];
+            int16_t *above = &e->above_q10[L - DQW_LD][axis];
+            *above = toward_excess(*above, power_q54(x_q28), OWN_MARGIN * r->noise_q56[axis][L] + 1);
+            if (*above <= 0)
+                mask[axis] &= ~(1u << L);
+            else if (L == cross && flux && x_q28 != 0)
+                mask[axis] |= 1u << L;
+        }
+    }
+}
+
 // Inputs large enough to teach their weight, by their power above the noise: a choice by the mean and not by the block,
 // which would bias. A settled row stands for itself.
 static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2])
@@ -96,18 +130,13 @@ static void choose(dqw_estimator_q15 *e, const dqw_rows_q15 *r, uint32_t mask[2]
                 const int64_t step2_q56 = square_q56(dqw_q_product64(u->R_q40, u->width_q40, -40));
                 least_q56 += STEP_MARGIN * (step2_q56 < (int64_t)1 << 57 ? step2_q56 : (int64_t)1 << 57);
             }
-            // Up to 2^61
-            const uint64_t power_q56 = ((uint64_t)((int64_t)x_q28[D] * x_q28[D]) +
-                                        (uint64_t)((int64_t)x_q28[Q] * x_q28[Q])) >>
-                                       2;
-            const int64_t ratio_q10 = dqw_q_quotient64((int64_t)power_q56, least_q56, 12);
-            const int32_t excess_q10 = (int32_t)(ratio_q10 < EXCESS_MAX_Q10 ? ratio_q10 : EXCESS_MAX_Q10) - 1024;
-            e->excess_q10[i] = (int16_t)(((EXCESS_BLOCKS - 1) * e->excess_q10[i] + excess_q10) / EXCESS_BLOCKS);
+            e->excess_q10[i] = toward_excess(e->excess_q10[i], power_q54(x_q28[D]) + power_q54(x_q28[Q]), least_q56);
             if (e->excess_q10[i] <= 0) continue;
         }
         for (int axis = 0; axis < 2; axis++)
             if (dqw_q_size64(x_q28[axis]) >= each_q28) mask[axis] |= 1u << i;
     }
+    if (!c->settled) choose_inductances(e, r, mask);
     // There the other weights would take up what is wrong with dead time's shape.
     if (!c->settled && dead_time && e->excess_q10[DQW_R] <= 0) mask[D] = mask[Q] = 0;
 }

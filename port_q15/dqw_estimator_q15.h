@@ -182,6 +182,7 @@ typedef struct dqw_estimator_q15 {
     uint32_t learned;                         ///< weights of which anything was ever learned
     /// power of both axes' inputs above what teaches, over that; -1 .. 7
     int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
+    int16_t above_q10[2][2];  ///< of L_d and L_q, each axis' power above its noise, over that
     uint16_t pole_pairs;   ///< given or found; 0: not yet
     uint8_t restarts;      ///< times that the weights left all bounds, and learning began again, up to 255
     uint8_t across;        ///< blocks for which flux has shown on the other axis

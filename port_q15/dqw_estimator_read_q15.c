@@ -231,11 +231,13 @@ static int64_t of_answer_q56(const dqw_estimator_q15 *e, int weight)
         const int64_t noisy = e->residual.noisy_q35[L - DQW_LD];
         const int64_t clear = (int64_t)e->residual.alone_q31[L] * 16 - noisy;
         if (noisy == 0 || (weight != L && weight != DQW_PSI)) continue;
-        // All of it at most: then nothing of it is the machine's.
-        const int64_t part_q31 = dqw_q_times64(clear > noisy ? dqw_q_quotient64(noisy, clear, 31) : (int64_t)1 << 31,
-                                               ANSWER_PART_Q31, -31);
-        const int64_t w_q24 = dqw_q_size64(e->w_q24[L]) * ((int64_t)1 << dqw_estimator_shift_q15(e, L));
-        int64_t off_q28 = dqw_q_product64(w_q24, part_q31, -27);
+        // All of it at most: then nothing of it is the machine's, and the other axis says how large it can be.
+        const int64_t w_q24 = dqw_estimator_size_q24(e, L);
+        const int64_t other_q24 = dqw_estimator_size_q24(e, L == DQW_LD ? DQW_LQ : DQW_LD);
+        const int64_t most_q24 = other_q24 > w_q24 ? other_q24 : w_q24;
+        const int64_t part_q24 = clear > noisy ? dqw_q_product64(w_q24, dqw_q_quotient64(noisy, clear, 31), -31)
+                                               : most_q24;
+        int64_t off_q28 = dqw_q_product64(part_q24, ANSWER_PART_Q31, -27);
         if (L != weight) {
             const int64_t both = a[L < weight ? DQW_NORMAL_A(L, weight) : DQW_NORMAL_A(weight, L)];
             off_q28 = dqw_q_product64(off_q28, dqw_q_quotient64(both, a[DQW_NORMAL_A(weight, weight)], 24), -24);

@@ -166,6 +166,23 @@ static void excited(const dqw_estimator *before, const dqw_estimator_rows *r)
         CASE("input %d is excited by %g", i, expected);
         BETWEEN(expected - 1.01, e.excess_q10[i], expected + 1.01);
     }
+    for (int a = 0; a < 2; a++)
+        for (int L = 0; L < 2; L++) {
+            const double noise = 2 * (double)r->var[a][DQW_LD + L];
+            const double excess = fmin(pow((double)r->x[a][DQW_LD + L], 2) / noise, 8) - 1;
+            const double expected = (31 * before->above_q10[L][a] + 1024 * excess) / 32;
+            CASE("axis %d, L %d, above its noise by %g", a, L, expected);
+            BETWEEN(expected - 1.01, e.above_q10[L][a], expected + 1.01);
+        }
+}
+
+// What of an axis teaches: what is excited; of an inductance what is above that axis' own noise, and beside the flux
+// that even where it is little.
+static bool teaches(int axis, int i)
+{
+    if (i != DQW_LD && i != DQW_LQ) return e.excess_q10[i] > 0;
+    const bool beside = i == (axis == 0 ? DQW_LQ : DQW_LD) && e.excess_q10[axis == 0 ? DQW_PSI_Q : DQW_PSI] > 0;
+    return e.above_q10[i - DQW_LD][axis] > 0 && (beside || e.excess_q10[i] > 0);
 }
 
 static void alike(double expected, double value, double room, const char *what)
@@ -212,7 +229,7 @@ static void shown(int blocks, test_random *r, int *learned)
         uint32_t mask[2] = {0, 0};
         for (int i = 0; i < N; i++)
             for (int a = 0; a < 2; a++)
-                if (e.excess_q10[i] > 0 && rows.x[a][i] != 0) mask[a] |= 1u << i;
+                if (teaches(a, i) && rows.x[a][i] != 0) mask[a] |= 1u << i;
         if (e.excess_q10[DQW_R] <= 0) mask[0] = mask[1] = 0;
         CASE("block %d", k);
         HOLDS(done == ((mask[0] | mask[1]) != 0));

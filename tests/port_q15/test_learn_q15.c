@@ -104,6 +104,23 @@ static void excited(const dqw_estimator_q15 *before, const dqw_rows_q15 *r)
         CASE("input %d is excited by %g", i, expected);
         BETWEEN(expected - 1.1, e.excess_q10[i], expected + 1.1);
     }
+    for (int a = 0; a < 2; a++)
+        for (int L = 0; L < 2; L++) {
+            const double least = 2 * (double)r->noise_q56[a][DQW_LD + L] / Q56;
+            const double excess = fmin(pow(r->x_q28[a][DQW_LD + L] / Q28, 2) / least, 8) - 1;
+            const double expected = (31.0 * before->above_q10[L][a] + 1024 * excess) / 32;
+            CASE("axis %d, L %d, above its noise by %g", a, L, expected);
+            BETWEEN(expected - 1.1, e.above_q10[L][a], expected + 1.1);
+        }
+}
+
+// What of an axis teaches: what is excited; of an inductance what is above that axis' own noise, and beside the flux
+// that even where it is little.
+static bool teaches(int axis, int i)
+{
+    if (i != DQW_LD && i != DQW_LQ) return e.excess_q10[i] > 0;
+    const bool beside = i == (axis == 0 ? DQW_LQ : DQW_LD) && e.excess_q10[axis == 0 ? DQW_PSI_Q : DQW_PSI] > 0;
+    return e.above_q10[i - DQW_LD][axis] > 0 && (beside || e.excess_q10[i] > 0);
 }
 
 // What the interrupt takes: dt/L where that is known to a fifth, and (E60)'s w/(w + 0.7 sd).
@@ -150,7 +167,7 @@ static void shown(int blocks, test_random *r, int *learned)
         uint32_t mask[2] = {0, 0};
         for (int i = 0; i < N; i++)
             for (int a = 0; a < 2; a++)
-                if (e.excess_q10[i] > 0 && rows.x_q28[a][i] != 0) mask[a] |= 1u << i;
+                if (teaches(a, i) && rows.x_q28[a][i] != 0) mask[a] |= 1u << i;
         if (e.excess_q10[DQW_R] <= 0) mask[0] = mask[1] = 0;
         CASE("block %d", k);
         HOLDS(done == ((mask[0] | mask[1]) != 0));
