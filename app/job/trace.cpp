@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/base/parameters.hpp"
 #include "app/base/progress.hpp"
 #include "app/base/text.hpp"
 #include "app/job/logs.hpp"
@@ -113,6 +114,19 @@ void allow_for_speeds(const std::vector<Log>& logs, const TraceFit& reference, s
             if (r.name == e.name) e.sd = std::max(e.sd, r.sd);
 }
 
+/// Two estimates of one value on the same rows, and one of them is wrong where they differ by more than both deviations
+/// allow. (E187)
+void hold_beside(const std::vector<Estimate>& reference, std::vector<Estimate>& learned)
+{
+    constexpr double kBeyond = 3.0;
+    for (Estimate& e : learned) {
+        const Estimate* r = find_estimate(reference, e.name);
+        if (!r || r->given || e.given || !std::isfinite(r->sd)) continue;
+        const double by = r->value - e.value;
+        if (std::abs(by) > kBeyond * std::hypot(r->sd, e.sd)) e.sd = std::hypot(e.sd, by);
+    }
+}
+
 /// The learners on the same rows; where they can tell nothing, their residual says nothing.
 void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
 {
@@ -128,6 +142,7 @@ void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
             for (const std::string& note :
                  disagreements(learned, "the learners", report.trace.after.parameters, "the reference"))
                 report.trace.notes.push_back(note);
+            hold_beside(report.trace.after.parameters, report.learner_after->parameters);
             return;
         }
         report.trace.notes.emplace_back("no learners: this log determines none of their parameters");
@@ -161,7 +176,13 @@ TraceReport trace_logs(const std::vector<Log>& logs, const Options& options, con
     for (auto* learned : {&report.learner_before, &report.learner_after})
         if (*learned) all.push_back(&(*learned)->parameters);
     std::string slip;
-    for (auto* parameters : all) slip = allow_for_slip(logs, *parameters);
+    for (auto* parameters : all) {
+        slip = allow_for_slip(logs, *parameters);
+        for (Estimate& e : *parameters) {
+            e.observed = !e.given && !why_observed(logs.front().observed, e.name).empty();
+            if (e.observed) e.sd = INFINITY;
+        }
+    }
     if (!slip.empty() && report.trace.doubt.empty()) report.trace.notes.push_back(slip);
     return report;
 }

@@ -342,6 +342,8 @@ void put_electrical(const Run& run, const Asked& asked, Result& result)
         const std::uint32_t excited = run.excited(row.parameter);
         if (read_of(r).known())
             result.parameters.push_back({row.name, static_cast<double>(r.value), static_cast<double>(r.sd), false});
+        else if (const std::string hidden = why_observed(run.config().observed, row.name); !hidden.empty())
+            result.not_identifiable.push_back({row.name, hidden, kForObserved});
         else
             result.not_identifiable.push_back(
                 {row.name,

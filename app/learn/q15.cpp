@@ -89,6 +89,8 @@ void put(const dqw_estimator_q15& e, const Asked& asked, bool p_given, std::uint
         const auto [value, sd] = r;
         if (r.known())
             result.parameters.push_back({name, value, sd, false});
+        else if (const std::string hidden = why_observed(e.config->observed, name); !hidden.empty())
+            result.not_identifiable.push_back({name, hidden, kForObserved});
         else
             result.not_identifiable.push_back({name,
                                                std::isfinite(sd) && value > 0.0

@@ -90,6 +90,8 @@ std::string allow_for_slip(const std::vector<Log>& logs, std::vector<Estimate>& 
 
 void check_sense(const std::vector<Log>& logs, Result& result)
 {
+    withhold(
+        result, [&](const Estimate& e) { return why_observed(logs.front().observed, e.name); }, kForObserved);
     if (result.regime == Regime::dynamic && turns(logs) && !moves(logs, &Log::i_d_A) && !moves(logs, &Log::i_q_A) &&
         !moves(logs, &Log::w_m_rad_s))
         withhold(

@@ -13,7 +13,8 @@ namespace dqw {
 /// Takes back what cannot be a parameter, and warns where the model does not hold:
 /// a dynamic log whose currents and speed stay within their own noise is one operating point, which tells R, L and psi
 /// from each other no better than one equation; R, L, psi and J are positive; a residual above 5 % of an axis' voltage
-/// (torque) is no noise, and the values take up what the model lacks. What slips is allowed for.
+/// (torque) is no noise, and the values take up what the model lacks. What slips is allowed for; what an observer hides is
+/// taken back too.
 void check_sense(const std::vector<Log>& logs, Result& result);
 
 /// Where the electrical angle turns otherwise than pole pairs times the speed by two parts in a hundred or more, one of

@@ -32,7 +32,8 @@ std::vector<std::string> advice_of(const TraceResult& trace)
         if (p.times_pole_pairs)
             out.push_back(fmt::format("{}: the pole pairs, --pole-pairs N", symbol(p.name)));
         else if (!p.given && !why_not_usable(p).empty())
-            out.push_back(fmt::format("{}: {}", symbol(p.name), excitation_for(p.name, trace.regime)));
+            out.push_back(fmt::format("{}: {}", symbol(p.name),
+                                      p.observed ? kForObserved : excitation_for(p.name, trace.regime)));
     return out;
 }
 

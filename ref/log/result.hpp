@@ -17,11 +17,19 @@ struct Estimate {
     double sd = 0.0;
     bool given = false;             ///< said by the user, not estimated; sd is then meaningless
     bool times_pole_pairs = false;  ///< its product with the pole pairs, which are not known
+    bool observed = false;          ///< an observer's angle does not tell it
 };
 
 /// Why an estimate of the machine is not usable; empty where it is known, of the right sign, and three deviations are
 /// below a tenth of it.
 std::string why_not_usable(const Estimate& estimate);
+
+/// Why an observer's angle does not tell a parameter, its inductance along q; empty where it does, or the angle is an
+/// encoder's. And what would.
+///
+/// Source   (E106) in docs/EQUATIONS.md
+std::string why_observed(bool observed, const std::string& name);
+constexpr const char* kForObserved = "an encoder's angle";
 
 /// A parameter that the log cannot determine. It has no value.
 struct NotIdentifiable {

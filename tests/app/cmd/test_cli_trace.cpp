@@ -456,6 +456,31 @@ static void a_load_is_no_friction(void)
                               j.at("effects")[0].at("parameters").at("torque_Nm").at("value").get<double>());
 }
 
+/// An observer's frame shows its own L_q: who reads the log calls none the machine's. (E106)
+static void an_observers_angle_tells_no_inductance_along_q(void)
+{
+    const Folder folder;
+    const Outcome sim = command::dqwatch(
+        {"sim", "drive_observer_joint", "--seed", "60540", "--set", "duration_s=1", "--out", folder / ""});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
+    const std::string log = folder / "drive_observer_joint.csv";
+    for (const char* command : {"fit", "learn"}) {
+        const Outcome run = command::dqwatch(
+            {command, log, "--json", "--machine", folder / "drive_observer_joint.toml"});
+        const json j = json::parse(run.out);
+        TEST_ASSERT_FALSE_MESSAGE(j.at("parameters").contains("Lq_H"), command);
+        TEST_ASSERT_TRUE_MESSAGE(j.at("parameters").contains("psi_Wb"), command);
+        TEST_ASSERT_TRUE_MESSAGE(j.at("not_identifiable").dump().find("whose own L_q") != std::string::npos, command);
+    }
+    const Outcome run = command::dqwatch({"trace", log, "--json", "--out", folder / "o"});
+    const json j = json::parse(run.out);
+    for (const char* when : {"before", "after"}) {
+        const json& Lq = j.at(when).at("parameters").at("Lq_H");
+        TEST_ASSERT_TRUE_MESSAGE(Lq.at("sd").is_null() && !Lq.at("usable").get<bool>(), when);
+    }
+    TEST_ASSERT_TRUE(j.at("sentence").get<std::string>().find("L_q") != std::string::npos);
+}
+
 static void wrong_usage_is_exit_code_2(void)
 {
     const Folder folder;
@@ -517,6 +542,7 @@ int main(void)
     RUN_TEST(one_operating_point_says_what_cannot_be_tested);
     RUN_TEST(too_few_rows_to_hold_some_out_are_refused);
     RUN_TEST(a_load_is_no_friction);
+    RUN_TEST(an_observers_angle_tells_no_inductance_along_q);
     RUN_TEST(wrong_usage_is_exit_code_2);
     RUN_TEST(what_cannot_be_written_is_exit_code_1);
     RUN_TEST(a_hostile_name_stays_text);
