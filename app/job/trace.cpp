@@ -14,7 +14,6 @@
 #include "app/report/sense.hpp"
 #include "ref/effect/effect.hpp"
 #include "ref/fit/polled_points.hpp"
-#include "ref/model/open_circuit.hpp"
 
 namespace dqw {
 namespace {
@@ -105,17 +104,8 @@ void allow_for_rows(const Log& log, std::vector<Estimate>& parameters)
             if (e.name == kNames[k]) e.sd = std::max(e.sd, log.rows_sd[k]);
 }
 
-/// Of an open circuit's speeds the learners know no more than the reference.
-void allow_for_speeds(const std::vector<Log>& logs, const TraceFit& reference, std::vector<Estimate>& learned)
-{
-    if (!is_open_circuit(logs)) return;
-    for (Estimate& e : learned)
-        for (const Estimate& r : reference.parameters)
-            if (r.name == e.name) e.sd = std::max(e.sd, r.sd);
-}
-
-/// Two estimates of one value on the same rows, and one of them is wrong where they differ by more than both deviations
-/// allow. (E187)
+/// Of the same rows nobody knows more than the reference, which allows for what hides in them; and where the two differ
+/// by more than both deviations allow, one of them is wrong. (E187)
 void hold_beside(const std::vector<Estimate>& reference, std::vector<Estimate>& learned)
 {
     constexpr double kBeyond = 3.0;
@@ -124,6 +114,7 @@ void hold_beside(const std::vector<Estimate>& reference, std::vector<Estimate>& 
         if (!r || r->given || e.given || !std::isfinite(r->sd)) continue;
         const double by = r->value - e.value;
         if (std::abs(by) > kBeyond * std::hypot(r->sd, e.sd)) e.sd = std::hypot(e.sd, by);
+        e.sd = std::max(e.sd, r->sd);
     }
 }
 
@@ -135,13 +126,12 @@ void learn_as_well(const std::vector<Log>& logs, TraceReport& report)
         report.learner_after = learn_fit(logs, report.trace, true);
         allow_for_rows(logs.front(), report.learner_before->parameters);
         allow_for_rows(logs.front(), report.learner_after->parameters);
-        allow_for_speeds(logs, report.trace.before, report.learner_before->parameters);
-        allow_for_speeds(logs, report.trace.after, report.learner_after->parameters);
         const auto& learned = report.learner_after->parameters;
         if (std::any_of(learned.begin(), learned.end(), [](const Estimate& e) { return !e.given; })) {
             for (const std::string& note :
                  disagreements(learned, "the learners", report.trace.after.parameters, "the reference"))
                 report.trace.notes.push_back(note);
+            hold_beside(report.trace.before.parameters, report.learner_before->parameters);
             hold_beside(report.trace.after.parameters, report.learner_after->parameters);
             return;
         }

@@ -108,6 +108,13 @@ static void a_known_dead_time_is_found_and_written_down(void)
     // 4.05 V, 0.90 ohm; 1.35 V before and 0.18 V after.
     TEST_ASSERT_DOUBLE_WITHIN(0.12, 4, effect.at("parameters").at("voltage_V").at("value").get<double>());
     TEST_ASSERT_DOUBLE_WITHIN(0.03, 0.9, j.at("after").at("parameters").at("R_ohm").at("value").get<double>());
+    // Of the same rows the learners know no more than the reference.
+    for (const char* when : {"before", "after"})
+        for (const auto& [name, entry] : j.at("learner").at(when).at("parameters").items())
+            if (!entry.value("given", false))
+                TEST_ASSERT_TRUE_MESSAGE(entry.at("sd").get<double>() >=
+                                             j.at(when).at("parameters").at(name).at("sd").get<double>(),
+                                         name.c_str());
     for (const json& fits : {j, j.at("learner")})
         TEST_ASSERT_TRUE(fits.at("after").at("heldout_rms").get<double>() <
                          0.2 * fits.at("before").at("heldout_rms").get<double>());
