@@ -175,6 +175,7 @@ IMPERFECTIONS: dict[str, Draw] = {
     "two sensors": two_sensors,
     "sensors' gains": gains,
     "sensors' offsets": offsets,
+    "noisy currents": lambda r, m: {"sensing.noise_A": m.i_max_A * log_uniform(r, 5e-4, 1e-2)},
     "coarse currents": lambda r, m: {"noise.step_i_A": m.i_max_A * log_uniform(r, 5e-4, 5e-3)},
     "slow speed loop": lambda r, m: {"sensing.speed_bandwidth_rad_s": log_uniform(r, 100, 1000)},
     "coarse encoder": lambda r, m: {"noise.step_theta_m_rad": 6.283185307179586 / 2 ** r.randint(10, 13)},
@@ -253,6 +254,13 @@ def text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
+def current_along_d(r: random.Random, m: Machine) -> Settings:
+    """Stepped as field weakening does, or held: at nought, or what a salient machine wants."""
+    held = r.random() < 1 / 3
+    mean_A = -m.i_d_A * r.uniform(0.2, 1) if held and r.random() < 0.5 else 0
+    return {"profile.i_d_A": mean_A, "profile.i_d_A.random": 0 if held else m.i_d_A * r.uniform(0.2, 1)}
+
+
 def driving(r: random.Random, m: Machine, one_way: bool) -> Settings:
     """Set points drawn: speed to and fro (an observer's: one way), load, some i_d. No test signal."""
     top = m.top_rad_s * r.uniform(0.5, 1)
@@ -262,8 +270,7 @@ def driving(r: random.Random, m: Machine, one_way: bool) -> Settings:
                     "profile.speed_rad_s.shape": r.choice(("sine", "triangle", "square")),
                     "profile.load_Nm.random": m.load_Nm * r.uniform(0.3, 1),
                     "profile.load_Nm.random_hold_s": m.load_hold_s * log_uniform(r, 0.7, 5),
-                    "profile.i_d_A.random": m.i_d_A * r.uniform(0.2, 1),
-                    "profile.i_d_A.random_hold_s": log_uniform(r, 0.02, 0.3)}
+                    "profile.i_d_A.random_hold_s": log_uniform(r, 0.02, 0.3)} | current_along_d(r, m)
 
 
 def compatible(names: tuple[str, ...]) -> bool:
