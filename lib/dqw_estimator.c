@@ -171,8 +171,11 @@ static void gather(dqw_estimator *e, const dqw_sample *s, const dead_input *x)
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
     dqw_window_count(&e->window);
     if (e->config->settled) return;
-    // Steps less what the voltage made of them.
-    dqw_noise_step(&e->noise, step_d_A - e->step_A_per_V[0] * e->v_d_V, step_q_A - e->step_A_per_V[1] * e->v_q_V,
+    // Steps less what the voltage made of them. How it answers noise one row in four tells, never one that ends a block.
+    const float made_d_A = e->step_A_per_V[0] * e->v_d_V;
+    if ((e->window.at & 3u) == 2u) dqw_noise_answer(&e->noise, made_d_A);
+    e->noise.made_d_A = made_d_A;
+    dqw_noise_step(&e->noise, step_d_A - made_d_A, step_q_A - e->step_A_per_V[1] * e->v_q_V,
                    s->w_m_rad_s - e->w_m_rad_s);
 }
 

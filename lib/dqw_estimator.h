@@ -156,6 +156,7 @@ typedef struct dqw_estimator {
     float slow_alone_pu2[DQW_ESTIMATOR_INPUTS];  ///< and power of their means that no other one explains
     float alone_pu2[DQW_ESTIMATOR_INPUTS];       ///< power of each input that no other one explains
     float noisy_pu2[2];                          ///< what of it is the sensors' noise, of L_d and L_q
+    float answered;                              ///< which part of noise in a slope the current loop answers
     float score2[DQW_ESTIMATOR_SCORES];          ///< what a block teaches a weight, squared,
     float score_lag[DQW_ESTIMATOR_SCORES];       ///< times the next one's,
     float score_last[DQW_ESTIMATOR_SCORES];      ///< and the last one's

@@ -112,6 +112,7 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     e->slow_before_pu[0] = e->slow_before_pu[1] = 0.0f;
     for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) e->alone_pu2[i] = 0.0f;
     e->noisy_pu2[0] = e->noisy_pu2[1] = 0.0f;
+    e->answered = 1.0f;
     for (int L = 0; L < 2; L++) e->above_q10[L][0] = e->above_q10[L][1] = 0;
     for (int k = 0; k < 3; k++) e->e_before_pu[k][0] = e->e_before_pu[k][1] = 0.0f;
     e->blocks = 0;

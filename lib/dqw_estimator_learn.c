@@ -22,6 +22,8 @@
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3.0f
 #define OWN_MARGIN 2.0f
+// From here on a loop answers all, to 0.1 %.
+#define ANSWERED_MOST 1000.0f
 // R needs currents of so many of dead time's widths, squared.
 #define STEP_MARGIN 16.0f
 #define EXCESS_PART (1.0f / 32.0f)
@@ -77,6 +79,15 @@ static void take_noise_out(dqw_estimator *e, const dqw_estimator_rows *n, const 
     float move[DQW_ESTIMATOR_INPUTS];
     dqw_gain_apply(&e->gain, z, move);
     for (int i = 0; i < e->inputs; i++) e->w_pu[i] += move[i];
+}
+
+// Of noise in a slope over a block of h pairs a first-order loop of so much of a period answers a part. (E189)
+static void keep_answered(dqw_estimator *e, const dqw_noise_variances *noise)
+{
+    const float var_A2 = dqw_noise_variance(noise->i_d_A2);
+    if (!(var_A2 > 0.0f)) return;
+    const float a = fabsf(noise->answer_A2) / (3.0f * var_A2) * (float)e->window.half;
+    e->answered = a < ANSWERED_MOST ? a * a / (3.0f + 1.5f * a + a * a) : 1.0f;
 }
 
 float dqw_estimator_part(const dqw_estimator *e)
@@ -369,7 +380,10 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     keep_scores(e, score);
     dqw_estimator_keep_lasting(e, &r, ratio);
     e->recent_pu2 += (e->e_pu[D] * e->e_pu[D] + e->e_pu[Q] * e->e_pu[Q] - e->recent_pu2) * RECENT_PART;
-    if (c->noise_on_inputs && !c->settled) take_noise_out(e, &r, ratio, mask);
+    if (c->noise_on_inputs && !c->settled) {
+        keep_answered(e, &b->noise);
+        take_noise_out(e, &r, ratio, mask);
+    }
     if (!sound(e)) return false;
     if (!c->settled) publish(e, b);
     dqw_estimator_turn_on(e);

@@ -30,7 +30,7 @@
 #define MODEL_PART 0.4f
 // To so much an angle's law is off by 2 % of it.
 #define LAW_HOLDS_RAD 0.25f
-// Of what noise takes, where the answer may be any part of it.
+// Of what noise takes, where the answer may be any part of it; what is measured of it, at most so much.
 #define ANSWER_PART 0.58f
 // Squared it is finite.
 #define SD_MOST 1e18f
@@ -186,9 +186,11 @@ static float of_answer(const dqw_estimator *e, int weight)
         const float with_L = dqw_gain_covariance(&e->gain, weight, L) / dqw_gain_covariance(&e->gain, L, L);
         const float w_pu = fabsf(e->w_pu[L]);
         const float other_pu = fabsf(e->w_pu[L == DQW_LD ? DQW_LQ : DQW_LD]);
-        // All of it at most: then nothing of it is the machine's, and the other axis says how large it can be.
-        const float part_pu = clear > noisy ? w_pu * noisy / clear : other_pu > w_pu ? other_pu : w_pu;
-        const float off_pu = ANSWER_PART * part_pu * with_L;
+        // Where half of it and more is noise, nothing of it may be the machine's, and the other axis says how large that
+        // can be.
+        const float part = e->answered < ANSWER_PART ? e->answered : ANSWER_PART;
+        const float most_pu = other_pu > w_pu ? other_pu : w_pu;
+        const float off_pu = (clear > noisy ? part * w_pu * noisy / clear : ANSWER_PART * most_pu) * with_L;
         square_pu2 += off_pu * off_pu;
     }
     return sqrtf(square_pu2) * dqw_estimator_unit(e, weight);

@@ -20,6 +20,14 @@ static void shift(float e[3], float now)
     e[0] = now;
 }
 
+void dqw_noise_answer(dqw_noise *n, float made_d_A)
+{
+    if (n->held < PAST) return;
+    const float bend_A = n->e_d_A[0] - n->e_d_A[1];
+    const float part = 1.0f / (1.0f + 0.25f * (float)n->of.rows);
+    n->of.answer_A2 += ((made_d_A - n->made_d_A) * bend_A - n->of.answer_A2) * part;
+}
+
 void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s)
 {
     if (n->held >= PAST) {

@@ -29,6 +29,16 @@ void dqw_noise_gap(dqw_noise *n);
 /// Context  ISR safe; one writer per object
 void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s);
 
+/// Does the voltage go with the noise? Of one row in four, before dqw_noise_step() of that row: made_d_A is T/L times
+/// the voltage on d.
+///
+/// Source   (E189) in docs/EQUATIONS.md
+/// Units    SI
+/// Range    finite
+/// Cost     6 flops, one division
+/// Context  ISR safe; one writer per object
+void dqw_noise_answer(dqw_noise *n, float made_d_A);
+
 /// A variance as read: never negative.
 static inline float dqw_noise_variance(float mean)
 {

@@ -18,13 +18,15 @@ extern "C" {
 /// Variances; they may come out slightly negative, read them through dqw_noise_variance().
 typedef struct dqw_noise_variances {
     float i_d_A2, i_q_A2, w_rad2_s2;
-    uint32_t rows;  ///< that they are means of
+    float answer_A2;  ///< what a controller's voltage makes of i_d's noise, times it: 3 and more of what a period does
+    uint32_t rows;    ///< that they are means of
 } dqw_noise_variances;
 
 /// How noisy the sensors are, from single rows.
 typedef struct dqw_noise {
     dqw_noise_variances of;
     float e_d_A[3], e_q_A[3];  ///< the last rows' current steps less what the voltage made
+    float made_d_A;            ///< what the voltage made of the last step of i_d
     float w_step_rad_s;
     uint8_t held;
 } dqw_noise;
