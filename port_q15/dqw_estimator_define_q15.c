@@ -232,6 +232,7 @@ void dqw_estimator_start_q15(dqw_estimator_q15 *e, const int32_t start_q24[])
         e->score_last_q34[i] = 0;
     }
     e->error_q56[0] = e->error_q56[1] = e->recent_q54 = 0;
+    e->answered_q15 = 32768u;
     for (int L = 0; L < 2; L++) e->above_q10[L][0] = e->above_q10[L][1] = 0;
     dqw_estimator_follow_start_q15(e);
     e->blocks = 0;

@@ -20,6 +20,8 @@
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3
 #define OWN_MARGIN 2
+// From here on a loop answers all, to 0.1 %.
+#define ANSWERED_MOST_Q10 1024000
 // A mean over 32 blocks, in which a strong one counts as so many weak ones, so that a drive that stops is soon seen to
 // have stopped.
 #define EXCESS_BLOCKS 32
@@ -217,6 +219,19 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
     }
 }
 
+// Of noise in a slope over a block of h pairs a first-order loop of so much of a period answers a part. (E189)
+static void keep_answered(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
+{
+    // Three variances of a quarter of the rows: -8/3 of what the sum of minus two of all rows is.
+    const int64_t noise_q30 = -b->with.noise_q30[DQW_NOISE_ID_Q15];
+    if (noise_q30 <= 0) return;
+    const int64_t answer_q30 = dqw_q_size64(b->with.answer_q30);
+    const int64_t a_q10 = dqw_q_product64(dqw_q_quotient64(8 * answer_q30, 3 * noise_q30, 20), e->window.half, -10);
+    const int64_t bounded_q10 = a_q10 < ANSWERED_MOST_Q10 ? a_q10 : ANSWERED_MOST_Q10;
+    const int64_t square_q20 = bounded_q10 * bounded_q10;
+    e->answered_q15 = (uint16_t)dqw_q_quotient64(square_q20, (3 << 20) + 1536 * bounded_q10 + square_q20, 15);
+}
+
 void dqw_estimator_stage_on_q15(dqw_estimator_q15 *e, bool random_converged)
 {
     // What is still to be found is not judged by what it leaves.
@@ -348,7 +363,10 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     }
     const bool solved = is_due(e);
     if (!c->settled) dqw_estimator_keep_lasting_q15(e, &r, weigh_q24, solved && every(e) > 1u);
-    if (c->noise_on_inputs && !c->settled) dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
+    if (c->noise_on_inputs && !c->settled) {
+        keep_answered(e, b);
+        dqw_estimator_take_noise_out_q15(e, &r, by_q24, mask);
+    }
     if (solved) solve(e);
     keep(e, &r, mask, by_q24, solved);
     if (!sound(e, &r.unit)) return false;

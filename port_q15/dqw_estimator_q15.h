@@ -87,6 +87,7 @@ typedef struct dqw_estimator_q15_config {
 
 /// What is handed over with a half.
 typedef struct dqw_estimator_q15_handed {
+    int64_t answer_q30;                     ///< how the voltage answers the noise
     int64_t noise_q30[DQW_NOISE_Q15_SUMS];  ///< of the sensors, over
     uint32_t slope_q15;            ///< sum of the slopes of dead time's tanh, of 1 at no current, over the last rows
     uint32_t number;               ///< of the half, since init: the time
@@ -182,15 +183,16 @@ typedef struct dqw_estimator_q15 {
     uint32_t learned;                         ///< weights of which anything was ever learned
     /// power of both axes' inputs above what teaches, over that; -1 .. 7
     int16_t excess_q10[DQW_ESTIMATOR_Q15_INPUTS];
+    uint16_t answered_q15;    ///< which part of noise in a slope the current loop answers, up to 32768
     int16_t above_q10[2][2];  ///< of L_d and L_q, each axis' power above its noise, over that
-    uint16_t pole_pairs;   ///< given or found; 0: not yet
-    uint8_t restarts;      ///< times that the weights left all bounds, and learning began again, up to 255
-    uint8_t across;        ///< blocks for which flux has shown on the other axis
-    uint8_t trial;         ///< which legs switch, from 1 on, 255 before the first; 0: that is known
-    uint8_t leader;        ///< the one beside which the others are tried
-    uint8_t mixed;         ///< blocks to come in which two modulations meet
-    uint8_t lag_halvings;  ///< of the lag's four, which are Q56 without
-    uint8_t paced;         ///< whole halves behind each other, up to 3
+    uint16_t pole_pairs;      ///< given or found; 0: not yet
+    uint8_t restarts;         ///< times that the weights left all bounds, and learning began again, up to 255
+    uint8_t across;           ///< blocks for which flux has shown on the other axis
+    uint8_t trial;            ///< which legs switch, from 1 on, 255 before the first; 0: that is known
+    uint8_t leader;           ///< the one beside which the others are tried
+    uint8_t mixed;            ///< blocks to come in which two modulations meet
+    uint8_t lag_halvings;     ///< of the lag's four, which are Q56 without
+    uint8_t paced;            ///< whole halves behind each other, up to 3
     dqw_stage stage;
     dqw_residual_q15 residual;
     dqw_segment_q15 segment;

@@ -16,7 +16,7 @@
 // The period by which a voltage is late counts as 0 or 1 within 0.35, and a deviation of 0.16.
 #define LATE_NEAR_Q20 367002
 #define LATE_SD_Q20 167772
-// Of what noise takes, where the answer may be any part of it: 0.58.
+// Of what noise takes, where the answer may be any part of it; what is measured of it, at most so much: 0.58.
 #define ANSWER_PART_Q31 1245540516
 // Of what may stand in line with an input, what does: 0.4, squared.
 #define MODEL_PART2_Q31 343597384
@@ -231,13 +231,15 @@ static int64_t of_answer_q56(const dqw_estimator_q15 *e, int weight)
         const int64_t noisy = e->residual.noisy_q35[L - DQW_LD];
         const int64_t clear = (int64_t)e->residual.alone_q31[L] * 16 - noisy;
         if (noisy == 0 || (weight != L && weight != DQW_PSI)) continue;
-        // All of it at most: then nothing of it is the machine's, and the other axis says how large it can be.
+        // Where half of it and more is noise, nothing of it may be the machine's, and the other axis says how large that
+        // can be.
         const int64_t w_q24 = dqw_estimator_size_q24(e, L);
         const int64_t other_q24 = dqw_estimator_size_q24(e, L == DQW_LD ? DQW_LQ : DQW_LD);
         const int64_t most_q24 = other_q24 > w_q24 ? other_q24 : w_q24;
-        const int64_t part_q24 = clear > noisy ? dqw_q_product64(w_q24, dqw_q_quotient64(noisy, clear, 31), -31)
-                                               : most_q24;
-        int64_t off_q28 = dqw_q_product64(part_q24, ANSWER_PART_Q31, -27);
+        const int64_t measured_q31 = (int64_t)e->answered_q15 * 65536;
+        const int64_t part_q31 = measured_q31 < ANSWER_PART_Q31 ? measured_q31 : ANSWER_PART_Q31;
+        int64_t off_q28 = clear > noisy ? dqw_q_product64(w_q24, dqw_q_quotient64(noisy, clear, 31), -31) : most_q24;
+        off_q28 = dqw_q_product64(off_q28, clear > noisy ? part_q31 : ANSWER_PART_Q31, -27);
         if (L != weight) {
             const int64_t both = a[L < weight ? DQW_NORMAL_A(L, weight) : DQW_NORMAL_A(weight, L)];
             off_q28 = dqw_q_product64(off_q28, dqw_q_quotient64(both, a[DQW_NORMAL_A(weight, weight)], 24), -24);

@@ -10,6 +10,7 @@ void dqw_noise_init_q15(dqw_noise_q15 *n)
 {
     // The last rows are not read before there are new ones.
     for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) n->sum_q30[k] = 0;
+    n->answer_q30 = 0;
     n->rows = 0;
     n->held = 0;
 }
@@ -32,6 +33,14 @@ static void add(int64_t *sum_q30, int32_t a_q15, int32_t b_q15, bool full)
     // Differences below 2^18, products below 2^36.
     const int64_t sum = *sum_q30 + (int64_t)a_q15 * b_q15;
     *sum_q30 = full ? sum - dqw_q_floor64(sum, DQW_NOISE_Q15_SHIFT) : sum;
+}
+
+void dqw_noise_answer_q15(dqw_noise_q15 *n, int32_t made_d_q15)
+{
+    if (n->held < PAST) return;
+    const int32_t *d = n->e_q15[0];
+    n->answer_q30 += (int64_t)(made_d_q15 - n->made_q15) * (d[0] - d[1]);
+    if (n->rows >= DQW_NOISE_Q15_MEMORY) n->answer_q30 -= dqw_q_floor64(n->answer_q30, DQW_NOISE_Q15_SHIFT - 2);
 }
 
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15)

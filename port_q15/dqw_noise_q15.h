@@ -18,6 +18,8 @@ enum { DQW_NOISE_ID_Q15 = 0, DQW_NOISE_IQ_Q15, DQW_NOISE_W_Q15, DQW_NOISE_Q15_SU
 typedef struct dqw_noise_q15 {
     /// over the memory: -2 var(i), -2 var(i), 6 var(w) times the rows. |sum| < 2^49
     int64_t sum_q30[DQW_NOISE_Q15_SUMS];
+    int64_t answer_q30;   ///< what the voltage makes of i_d's noise, times it, times a quarter of the rows; as above
+    int32_t made_q15;     ///< what the voltage made of the last step of i_d. |made| < 2^16
     int32_t e_q15[2][3];  ///< d and q: the last rows' current steps less what the voltage made. |e| < 2^17
     int32_t w_step_q15;   ///< |step| < 2^16
     uint16_t rows;        ///< in the sums, up to the memory
@@ -39,6 +41,16 @@ void dqw_noise_gap_q15(dqw_noise_q15 *n);
 /// Cost     3 products of 32 by 32 bits
 /// Context  ISR safe; one writer per object
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15);
+
+/// Does the voltage go with the noise? Of one row in four, before dqw_noise_step_q15() of that row: made_d_q15 is T/L
+/// times the voltage on d.
+///
+/// Source   (E189) in docs/EQUATIONS.md
+/// Format   Q15 of the full scale
+/// Range    |made| < 2^16
+/// Cost     a product of 32 by 32 bits
+/// Context  ISR safe; one writer per object
+void dqw_noise_answer_q15(dqw_noise_q15 *n, int32_t made_d_q15);
 
 /// A variance from such a sum over `rows` rows: never negative. `parts`: -2 for a current's, 6 for the speed's.
 ///
