@@ -151,6 +151,38 @@ static void test_a_gap_is_not_spanned(void)
     }
 }
 
+// A voltage that answers noise by so much of it a period, at once and one and two periods later; and motion of its own,
+// that currents follow. (E189)
+static void test_an_answer_is_found(void)
+{
+    static const double weights[] = {-3, 3, -1};
+    static const double parts[] = {0, 0.05, 0.3};
+    for (int late = 0; late < 3; late++)
+        for (int p = 0; p < 3; p++)
+            for (int seed = 0; seed < 5; seed++) {
+                dqw_noise n;
+                dqw_noise_init(&n);
+                test_random r = {(uint64_t)(50 + 10 * late + p + 100 * seed)};
+                const double sd_A = 0.02;
+                double noise[4] = {0};  // of this row's current, and the ones before
+                for (int k = 0; k < 20000; k++) {
+                    const double made = 0.5 * sin(0.01 * k) + 0.1 * (k / 40 % 2) - parts[p] * noise[late];
+                    const double slow = 0.01 * sin(0.003 * k);
+                    for (int i = 3; i > 0; i--) noise[i] = noise[i - 1];
+                    noise[0] = sd_A * random_normal(&r);
+                    const double step = noise[0] - noise[1] + slow;
+                    if (k % 4 == 2) dqw_noise_answer(&n, (float)made);
+                    n.made_d_A = (float)made;
+                    dqw_noise_step(&n, (float)step, 0.0f, 0.0f);
+                }
+                const double found = (double)n.of.answer_A2 / (sd_A * sd_A);
+                CASE("answered %d periods late, by %g, seed %d: %.4f", late, parts[p], seed, found);
+                // 0.01 off where the voltage only moves, 0.04 where it answers .3.
+                const double room = 0.03 + 0.2 * parts[p];
+                BETWEEN(weights[late] * parts[p] - room, found, weights[late] * parts[p] + room);
+            }
+}
+
 static void test_variances_as_read_are_not_negative(void)
 {
     TEST_ASSERT_EQUAL_FLOAT(0.0f, dqw_noise_variance(-1.0f));
@@ -182,6 +214,7 @@ int main(void)
     RUN_TEST(test_without_noise_next_to_nothing_is_found);
     RUN_TEST(test_it_follows_noise_that_changes);
     RUN_TEST(test_a_gap_is_not_spanned);
+    RUN_TEST(test_an_answer_is_found);
     RUN_TEST(test_variances_as_read_are_not_negative);
     RUN_TEST(test_numbers_stay_numbers);
     return UNITY_END();

@@ -72,6 +72,7 @@ static dqw_estimator_q15_block drawn(test_random *r, double size, double noise_V
         b.sums[11 + a] = rounded(size * random_uniform(r, -2, 2) * one);
         b.v_step_q15[a] = rounded(random_uniform(r, -4, 4) * 32768);
     }
+    b.with.answer_q30 = llrint((double)b.with.noise_q30[0] / 8 * random_uniform(r, -3, 3));
     b.with.noise_q30[2] = llrint(6 * 5000 * random_uniform(r, 3e-6, 1e-4) * 1073741824.0);
     b.sums[8] = rounded(size * random_uniform(r, -1.2, 1.2) * one);
     dqw_rows_q15 rows;
@@ -82,6 +83,13 @@ static dqw_estimator_q15_block drawn(test_random *r, double size, double noise_V
         b.sums[a] = rounded(v * one);
     }
     return b;
+}
+
+// (E189): the part of noise in a block's slope that a first-order loop answers, which the library takes to 0.02.
+static double answered(const dqw_estimator_q15_block *b)
+{
+    const double a = fabs((double)b->with.answer_q30 * 8 / (3 * (double)b->with.noise_q30[0])) * e.window.half;
+    return a > 0 ? 1 - (1.5 - 2 * exp(-a) + 0.5 * exp(-2 * a)) / a : 0;
 }
 
 static void alike(double expected, double value, double room, const char *what)
@@ -178,6 +186,7 @@ static void shown(int blocks, test_random *r, int *learned)
             continue;
         }
         ++*learned;
+        if (config.noise_on_inputs) alike(answered(&b), e.answered_q15 / 32768.0, 0.02, "answered");
         HOLDS(e.blocks == before.blocks + 1 && e.gate.blocks == before.gate.blocks + 1);
         const double v[2] = {fmax((double)before.error_q56[0] / Q56, 1e-8),
                              fmax((double)before.error_q56[1] / Q56, 1e-8)};
