@@ -39,7 +39,9 @@ static void test_both_follow_one_log(void)
                 BETWEEN(-most, 100 * (q_value(&p, i) - f_value(&p, i)) / size,
                         most);  // 0.088 up to 5 % noise; 0.3 is promised
                 // Without noise the rounding of the samples is what makes blocks unlike.
-                if (level > 0) BETWEEN(1 / 1.15, q_sd(&p, i) / f_sd(&p, i), 1.15);  // 1.3 is promised
+                // Beside a dead time, of 20 % noise a little more than what noise makes lasts in the residual: 1.22 of L_q.
+                const double apart = dead && level == 3 ? 1.3 : 1.15;
+                if (level > 0) BETWEEN(1 / apart, q_sd(&p, i) / f_sd(&p, i), apart);  // 1.3 is promised
             }
         }
 }
