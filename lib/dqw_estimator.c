@@ -7,8 +7,6 @@
 #include "dqw_modulation.h"
 #include "dqw_number.h"
 
-// Rows in the mean slope of dead time's input.
-#define SLOPE_ROWS 4096u
 #define SQRT3_2 0.8660254f
 #define INV_SQRT3 0.57735027f
 // tanh is 1 from here on, to 1e-3.
@@ -69,9 +67,7 @@ static dead_input dead_time(dqw_estimator *e, const dqw_sample *s)
     // sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return x;
     const float slope = k * (1.0f - (a * a + b * b + c * c) * (1.0f / 3.0f));
-    const uint32_t rows = e->noise.of.rows;
-    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) /
-                           (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
+    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) / (1.0f + 0.25f * (float)e->noise.of.rows);
     return x;
 }
 
@@ -171,12 +167,10 @@ static void gather(dqw_estimator *e, const dqw_sample *s, const dead_input *x)
     for (int i = 0; i < DQW_PLAIN_SIGNALS; i++) dqw_window_gather(&cell[i], pair[i]);
     dqw_window_count(&e->window);
     if (e->config->settled) return;
-    // Steps less what the voltage made of them. How it answers noise one row in four tells, never one that ends a block.
+    // Steps less what the voltage made of them.
     const float made_d_A = e->step_A_per_V[0] * e->v_d_V;
-    if ((e->window.at & 3u) == 2u) dqw_noise_answer(&e->noise, made_d_A);
-    e->noise.made_d_A = made_d_A;
     dqw_noise_step(&e->noise, step_d_A - made_d_A, step_q_A - e->step_A_per_V[1] * e->v_q_V,
-                   s->w_m_rad_s - e->w_m_rad_s);
+                   s->w_m_rad_s - e->w_m_rad_s, made_d_A);
 }
 
 static void keep(dqw_estimator *e, const dqw_sample *s)
@@ -225,7 +219,7 @@ static void take_given(dqw_estimator *e)
     e->step_A_per_V[1] = e->given.step_A_per_V[1];
     e->lead = e->given.lead;
     e->follow = 2.0f / (2.0f + e->lead);
-    if (e->given.noise_anew) dqw_noise_init(&e->noise);
+    if (e->given.noise_anew) dqw_noise_anew(&e->noise);
     e->given_ready = false;
 }
 

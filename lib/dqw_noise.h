@@ -16,28 +16,22 @@ extern "C" {
 /// Forget everything.
 void dqw_noise_init(dqw_noise *n);
 
+/// Begin again: what was measured counts no more from the next row on.
+void dqw_noise_anew(dqw_noise *n);
+
 /// Time has jumped: the next row does not follow the last one. Variances stay.
 void dqw_noise_gap(dqw_noise *n);
 
-/// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed.
+/// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed; and T/L times
+/// the voltage on d, which may answer the noise.
 ///
 /// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the
-///          voltage's noise
+///          voltage's noise; (E189) for the answer
 /// Units    SI
 /// Range    finite
-/// Cost     20 flops, one division
+/// Cost     25 flops, one division
 /// Context  ISR safe; one writer per object
-void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s);
-
-/// Does the voltage go with the noise? Of one row in four, before dqw_noise_step() of that row: made_d_A is T/L times
-/// the voltage on d.
-///
-/// Source   (E189) in docs/EQUATIONS.md
-/// Units    SI
-/// Range    finite
-/// Cost     6 flops, one division
-/// Context  ISR safe; one writer per object
-void dqw_noise_answer(dqw_noise *n, float made_d_A);
+void dqw_noise_step(dqw_noise *n, float e_d_A, float e_q_A, float w_step_rad_s, float made_d_A);
 
 /// A variance as read: never negative.
 static inline float dqw_noise_variance(float mean)

@@ -241,12 +241,9 @@ static void gather(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const dead_inp
 static void step_noise(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const int32_t pair[])
 {
     const dqw_sample_q15 *l = &e->last;
-    // How the voltage answers noise one row in four tells, never one that ends a block.
     const int32_t made_d_q15 = dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15);
-    if ((e->window.at & 3u) == 2u) dqw_noise_answer_q15(&e->noise, made_d_q15);
-    e->noise.made_q15 = made_d_q15;
     dqw_noise_step_q15(&e->noise, pair[4] - made_d_q15, pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15),
-                       s->w_m_q15 - l->w_m_q15);
+                       s->w_m_q15 - l->w_m_q15, made_d_q15, e->window.at);
 }
 
 // Sixteen bits at a time: the smallest cores copy what need not stand on a word byte by byte.
@@ -305,7 +302,7 @@ static uint32_t end_half(dqw_estimator_q15 *e, const dqw_sample_q15 *s, bool goo
     h->noise_q30[DQW_NOISE_ID_Q15] = e->noise.sum_q30[DQW_NOISE_ID_Q15];
     h->noise_q30[DQW_NOISE_IQ_Q15] = e->noise.sum_q30[DQW_NOISE_IQ_Q15];
     h->noise_q30[DQW_NOISE_W_Q15] = e->noise.sum_q30[DQW_NOISE_W_Q15];
-    h->answer_q30 = e->noise.answer_q30;
+    h->answer_q30 = e->noise.sum_q30[DQW_NOISE_ANSWER_Q15];
     h->rows = e->noise.rows;
     h->slope_q15 = e->slope_q15;
     h->slopes = e->slopes;

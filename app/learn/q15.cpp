@@ -126,7 +126,6 @@ void take(const dqw_estimator_q15& before, const dqw_estimator_q15_config& began
     // All the rows that there are, even where the estimator would like more.
     if (e.noise.rows > 0 && e.noise.rows < DQW_NOISE_ROWS) {
         for (std::int64_t& sum : e.noise.sum_q30) sum = sum * DQW_NOISE_ROWS / e.noise.rows;
-        e.noise.answer_q30 = e.noise.answer_q30 * DQW_NOISE_ROWS / e.noise.rows;
         e.noise.rows = DQW_NOISE_ROWS;
     }
     std::copy(std::begin(before.given.step_q15), std::end(before.given.step_q15), e.step_q15);

@@ -621,8 +621,7 @@ static void test_fault_change_and_noise(void)
     for (int k = 0; k < scaled(steps); k++) {
         float x[3];
         bits(&r, x, 3);
-        if (k % 4 == 2) dqw_noise_answer(&n, x[1]);
-        dqw_noise_step(&n, x[0], x[1], x[2]);
+        dqw_noise_step(&n, x[0], x[1], x[2], x[k % 3]);
         if (k % 1000 == 0) dqw_noise_gap(&n);
         HOLDS(!isnan(dqw_noise_variance(n.of.i_d_A2)) && dqw_noise_variance(n.of.w_rad2_s2) >= 0.0f);
     }

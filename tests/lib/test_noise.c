@@ -23,7 +23,7 @@ static void row(drive *d, dqw_noise *n, int k, test_random *r)
         d->i_A[axis] = i;
     }
     const double w = d->slow_rad_s * sin(0.003 * k) + (d->w_sd_rad_s > 0.0 ? d->w_sd_rad_s * random_normal(r) : 0.0);
-    dqw_noise_step(n, (float)e[0], (float)e[1], (float)(w - d->w_rad_s));
+    dqw_noise_step(n, (float)e[0], (float)e[1], (float)(w - d->w_rad_s), 0.0f);
     d->w_rad_s = w;
 }
 
@@ -141,7 +141,7 @@ static void test_a_gap_is_not_spanned(void)
             const double level = 1e4 * (double)(random_bits(&r) % 2 == 0 || k % length ? k / length % 5 : -9);
             const double same = k % length ? n.e_d_A[0] : level;
             dqw_noise_step(&n, (float)(same + 0.1 * random_normal(&r)), (float)same,
-                           (float)(k % length ? n.w_step_rad_s : level));
+                           (float)(k % length ? n.w_step_rad_s : level), (float)level);
             expected += k % length >= 3;
         }
         HOLDS(n.of.rows == expected);
@@ -171,9 +171,7 @@ static void test_an_answer_is_found(void)
                     for (int i = 3; i > 0; i--) noise[i] = noise[i - 1];
                     noise[0] = sd_A * random_normal(&r);
                     const double step = noise[0] - noise[1] + slow;
-                    if (k % 4 == 2) dqw_noise_answer(&n, (float)made);
-                    n.made_d_A = (float)made;
-                    dqw_noise_step(&n, (float)step, 0.0f, 0.0f);
+                    dqw_noise_step(&n, (float)step, 0.0f, 0.0f, (float)made);
                 }
                 const double found = (double)n.of.answer_A2 / (sd_A * sd_A);
                 CASE("answered %d periods late, by %g, seed %d: %.4f", late, parts[p], seed, found);
@@ -200,9 +198,10 @@ static void test_numbers_stay_numbers(void)
     for (int k = 0; k < scaled(200000); k++) {
         const double size = pow(10, random_uniform(&r, -45, 12));
         dqw_noise_step(&n, (float)(size * random_normal(&r)), random_bits(&r) % 2 ? 0.0f : (float)size,
-                       (float)(size * random_normal(&r)));
+                       (float)(size * random_normal(&r)), (float)(size * random_normal(&r)));
         if (random_bits(&r) % 100 == 0) dqw_noise_gap(&n);
-        HOLDS(isfinite(n.of.i_d_A2) && isfinite(n.of.i_q_A2) && isfinite(n.of.w_rad2_s2) && n.of.w_rad2_s2 >= 0.0f);
+        HOLDS(isfinite(n.of.i_d_A2) && isfinite(n.of.i_q_A2) && isfinite(n.of.answer_A2) && isfinite(n.of.w_rad2_s2) &&
+              n.of.w_rad2_s2 >= 0.0f);
     }
 }
 

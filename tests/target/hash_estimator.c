@@ -71,8 +71,7 @@ static void put_step(hash *h, const dqw_estimator_q15 *e)
         hash_put(h, e->window.part[e->window.over.now].cell[i].sum);
         hash_put(h, e->window.part[e->window.over.now].cell[i].fall);
     }
-    for (int k = 0; k < DQW_NOISE_Q15_SUMS; k++) hash_put(h, e->noise.sum_q30[k]);
-    hash_put(h, e->noise.answer_q30);
+    for (int k = 0; k <= DQW_NOISE_Q15_SUMS; k++) hash_put(h, e->noise.sum_q30[k]);
     hash_put(h, e->answered_q15);
     hash_put(h, e->slow_d_q28);
     hash_put(h, e->slow_q_q28);
