@@ -115,6 +115,18 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b)
     b->sine = b->sine * c + cosine * n;
 }
 
+// A voltage that acts in another period than is said turns the frame too: does that leave less than half of the flux
+// across? What an encoder's angle leaves of unlike inductances reads as late as well. (E90)
+static bool by_the_voltage(const dqw_estimator *e)
+{
+    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
+    const bool next = e->config->voltage_next;
+    if (acts == DQW_VOLTAGE_NOT_KNOWN || (acts == DQW_VOLTAGE_NEXT) == next) return false;
+    const float across = e->w_pu[DQW_PSI_Q];
+    const float left = next ? across + e->late_w[DQW_PSI_Q] : across - e->late_w[DQW_PSI_Q];
+    return fabsf(left) < 0.5f * fabsf(across);
+}
+
 void dqw_estimator_turn_on(dqw_estimator *e)
 {
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
@@ -131,9 +143,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
     }
     if (++e->across < LASTING_BLOCKS) return;
     e->across = 0;
-    // A voltage that acts in another period than is said turns the frame too.
-    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts(e);
-    if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
+    if (by_the_voltage(e)) return;
 
     // [TUR.6] from now on all flux is along d
     const float all = sqrtf(psi * psi + across * across);

@@ -354,6 +354,13 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
 /// Context  background
 void dqw_estimator_keep_alone_q15(dqw_estimator_q15 *e, const int64_t before_q40[], uint32_t rows);
 
+/// By how much a weight changes where the late voltage is one of the inputs.
+///
+/// Source   (E90) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_beside_late_q24 DQW_SIZED(dqw_estimator_beside_late_q24)
+int64_t dqw_estimator_beside_late_q24(const dqw_estimator_q15 *e, int weight);
+
 /// What of an inductance's power is noise: of each row, as (E60) takes it out. (E188)
 #define dqw_estimator_keep_noisy_q15 DQW_SIZED(dqw_estimator_keep_noisy_q15)
 void dqw_estimator_keep_noisy_q15(dqw_estimator_q15 *e, int L, int64_t noisy_q48);

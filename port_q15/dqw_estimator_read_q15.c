@@ -370,6 +370,20 @@ uint32_t dqw_estimator_recent_ppm_q15(const dqw_estimator_q15 *e)
     return (uint32_t)(((uint64_t)dqw_estimator_recent_q27(e) * 1000000) >> 27);  // up to 32 millions
 }
 
+int64_t dqw_estimator_beside_late_q24(const dqw_estimator_q15 *e, int weight)
+{
+    const int n = dqw_estimator_inputs_q15(e);
+    dqw_normal_q15 m = e->normal;
+    dqw_solution_q15 s;
+    dqw_normal_solve_q15(&m, dqw_normal_nought_q40, &s);
+    if (s.cov_q40[n] == INT64_MAX) return 0;
+    // The target's sum is above what the late voltage explains; twice is enough.
+    const int64_t periods_q32 = dqw_q_product64(s.cov_q40[n], m.b_q32[n], -40);
+    m.c_q32 = 2 * dqw_q_size64(dqw_q_product64(periods_q32, m.b_q32[n], -32)) + 16;
+    dqw_normal_solve_q15(&m, dqw_normal_nought_q40, &s);
+    return dqw_q_round64(s.w_q40[weight], 16);
+}
+
 enum dqw_voltage_acts dqw_estimator_voltage_acts_q15(const dqw_estimator_q15 *e)
 {
     if (e->blocks < FEW_BLOCKS || e->config->settled) return DQW_VOLTAGE_NOT_KNOWN;

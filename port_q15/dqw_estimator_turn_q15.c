@@ -220,6 +220,17 @@ static direction unit_of(direction x)
     return unit;
 }
 
+// A voltage that acts in another period than is said turns the frame too: does that leave less than half of the flux
+// across? What an encoder's angle leaves of unlike inductances reads as late as well. (E90)
+static bool by_the_voltage(const dqw_estimator_q15 *e)
+{
+    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
+    const bool next = e->config->voltage_next;
+    if (acts == DQW_VOLTAGE_NOT_KNOWN || (acts == DQW_VOLTAGE_NEXT) == next) return false;
+    const int64_t left_q24 = e->w_q24[DQW_PSI_Q] + dqw_estimator_beside_late_q24(e, DQW_PSI_Q);
+    return 2 * dqw_q_size64(left_q24) < dqw_q_size64(e->w_q24[DQW_PSI_Q]);
+}
+
 void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, bool solved)
 {
     if (has_effects(e) || !dqw_estimator_has_psi_q_q15(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
@@ -237,9 +248,7 @@ void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, boo
     if (e->across < LASTING_BLOCKS) e->across++;
     if (e->across < LASTING_BLOCKS || !solved) return;
     e->across = 0;
-    // A voltage that acts in another period than is said turns the frame too.
-    const enum dqw_voltage_acts acts = dqw_estimator_voltage_acts_q15(e);
-    if (acts != DQW_VOLTAGE_NOT_KNOWN && (acts == DQW_VOLTAGE_NEXT) != e->config->voltage_next) return;
+    if (by_the_voltage(e)) return;
 
     // [TUR.6] from now on all flux is along d
     const direction found = unit_of((direction){psi_q24, -across_q24});

@@ -237,6 +237,22 @@ static void acts(pair *p, int periods)
     HOLDS(dqw_estimator_voltage_acts(&p->f) == (periods ? DQW_VOLTAGE_NEXT : DQW_VOLTAGE_NOW));
 }
 
+// The same of a late voltage of which the flux on the other axis is so much a part.
+static void acts_with(pair *p, double part)
+{
+    const int n = p->q.inputs;
+    dqw_normal_q15 *m = &p->q.normal;
+    for (int i = 0; i <= n; i++)
+        for (int j = i; j <= n; j++) m->a_q32[DQW_NORMAL_A(i, j)] = i == j ? (int64_t)1000 << 32 : 0;
+    for (int i = 0; i < n; i++) m->b_q32[i] = 0;
+    acts(p, 1);
+    const double of_late = part * p->q.w_q24[DQW_PSI_Q] / 16777216.0;
+    m->a_q32[DQW_NORMAL_A(DQW_PSI_Q, n)] = llrint(ldexp(1000 * of_late, 32));
+    m->a_q32[DQW_NORMAL_A(n, n)] += llrint(ldexp(1000 * of_late * of_late, 32));
+    p->f.late_w[DQW_PSI_Q] = (float)part * p->f.w_pu[DQW_PSI_Q];
+    HOLDS(dqw_estimator_voltage_acts_q15(&p->q) == DQW_VOLTAGE_NEXT);
+}
+
 // The flux found on both axes is along one of them from then on, to a few last places; the flux on the other axis is
 // told as it was. What was learned is as much less sure as in float; the sums stay around the weights.
 static void test_the_weights_are_turned(void)
@@ -296,13 +312,18 @@ static void test_the_weights_are_turned(void)
         dqw_estimator_turn_on_q15(&other.q, &u, true);
         dqw_estimator_turn_on(&other.f);
         HOLDS(other.q.across == 0 && other.f.across == 0);
-        // Nor where a voltage that acts in another period than is said may be what turns the frame.
-        other = p;
-        acts(&other, 1);
-        dqw_estimator_turn_on_q15(&other.q, &u, true);
-        dqw_estimator_turn_on(&other.f);
-        HOLDS(other.q.across == 0 && other.f.across == 0);
-        HOLDS(other.q.w_q24[DQW_PSI_Q] == across && other.f.w_pu[DQW_PSI_Q] == p.f.w_pu[DQW_PSI_Q]);
+        // Nor where a voltage that acts in another period than is said leaves less than half of it.
+        static const double parts[] = {1, 0.6, 0.4, 0};
+        for (int m = 0; m < 4; m++) {
+            other = p;
+            acts_with(&other, parts[m]);
+            dqw_estimator_turn_on_q15(&other.q, &u, true);
+            dqw_estimator_turn_on(&other.f);
+            CASE("%d: the voltage has %g of it", k, parts[m]);
+            HOLDS(other.q.across == 0 && other.f.across == 0);
+            HOLDS(other.q.w_q24[DQW_PSI_Q] == (parts[m] > 0.5 ? across : 0));
+            HOLDS(other.f.w_pu[DQW_PSI_Q] == (parts[m] > 0.5 ? p.f.w_pu[DQW_PSI_Q] : 0.0f));
+        }
         // Nor later than after three segments: then it is a change.
         for (int segments = 2; segments <= 3; segments++) {
             other = p;
