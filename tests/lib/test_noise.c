@@ -181,6 +181,32 @@ static void test_an_answer_is_found(void)
             }
 }
 
+// What was measured before counts no more, however loud it was.
+static void test_it_begins_anew(void)
+{
+    dqw_noise old;
+    dqw_noise fresh;
+    dqw_noise_init(&old);
+    dqw_noise_init(&fresh);
+    test_random r = {60};
+    for (int k = 0; k < 10000; k++)
+        dqw_noise_step(&old, (float)(100 * random_normal(&r)), (float)(100 * random_normal(&r)),
+                       (float)(100 * random_normal(&r)), (float)(100 * random_normal(&r)));
+    dqw_noise_anew(&old);
+    HOLDS(old.of.rows == 0);
+    for (int k = 0; k < 3000; k++) {
+        const float e[4] = {(float)random_normal(&r), (float)random_normal(&r), (float)random_normal(&r),
+                            (float)random_normal(&r)};
+        dqw_noise_step(&old, e[0], e[1], e[2], e[3]);
+        dqw_noise_step(&fresh, e[0], e[1], e[2], e[3]);
+    }
+    HOLDS(old.of.rows == fresh.of.rows);
+    BETWEEN(-1e-4, old.of.i_d_A2 - fresh.of.i_d_A2, 1e-4);
+    BETWEEN(-1e-4, old.of.i_q_A2 - fresh.of.i_q_A2, 1e-4);
+    BETWEEN(-1e-4, old.of.w_rad2_s2 - fresh.of.w_rad2_s2, 1e-4);
+    BETWEEN(-1e-4, old.of.answer_A2 - fresh.of.answer_A2, 1e-4);
+}
+
 static void test_variances_as_read_are_not_negative(void)
 {
     TEST_ASSERT_EQUAL_FLOAT(0.0f, dqw_noise_variance(-1.0f));
@@ -214,6 +240,7 @@ int main(void)
     RUN_TEST(test_it_follows_noise_that_changes);
     RUN_TEST(test_a_gap_is_not_spanned);
     RUN_TEST(test_an_answer_is_found);
+    RUN_TEST(test_it_begins_anew);
     RUN_TEST(test_variances_as_read_are_not_negative);
     RUN_TEST(test_numbers_stay_numbers);
     return UNITY_END();
