@@ -379,7 +379,7 @@ int64_t dqw_estimator_beside_late_q24(const dqw_estimator_q15 *e, int weight)
     if (s.cov_q40[n] == INT64_MAX) return 0;
     // The target's sum is above what the late voltage explains; twice is enough.
     const int64_t periods_q32 = dqw_q_product64(s.cov_q40[n], m.b_q32[n], -40);
-    m.c_q32 = 2 * dqw_q_size64(dqw_q_product64(periods_q32, m.b_q32[n], -32)) + 16;
+    m.c_q32 = dqw_q_size64(dqw_q_product64(periods_q32, m.b_q32[n], -31)) + 16;
     dqw_normal_solve_q15(&m, dqw_normal_nought_q40, &s);
     return dqw_q_round64(s.w_q40[weight], 16);
 }
