@@ -222,11 +222,14 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
 // Of noise in a slope over a block of h pairs a first-order loop of so much of a period answers a part. (E189)
 static void keep_answered(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
-    // Three variances of a quarter of the rows: -8/3 of what the sum of minus two of all rows is.
+    // Three variances of the rows that look: -2/3 of what the sum of minus two of all rows is, times half over those.
+    const int64_t half = e->window.half;
+    const int64_t looks = dqw_noise_looks_q15((uint32_t)half);
     const int64_t noise_q30 = -b->with.noise_q30[DQW_NOISE_ID_Q15];
-    if (noise_q30 <= 0) return;
+    if (noise_q30 <= 0 || looks == 0) return;
     const int64_t answer_q30 = dqw_q_size64(b->with.answer_q30);
-    const int64_t a_q10 = dqw_q_product64(dqw_q_quotient64(8 * answer_q30, 3 * noise_q30, 20), e->window.half, -10);
+    const int64_t a_q10 = dqw_q_product64(dqw_q_quotient64(2 * half * answer_q30, 3 * looks * noise_q30, 20), half,
+                                          -10);
     const int64_t bounded_q10 = a_q10 < ANSWERED_MOST_Q10 ? a_q10 : ANSWERED_MOST_Q10;
     const int64_t square_q20 = bounded_q10 * bounded_q10;
     e->answered_q15 = (uint16_t)dqw_q_quotient64(square_q20, (3 << 20) + 1536 * bounded_q10 + square_q20, 15);

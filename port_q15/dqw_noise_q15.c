@@ -12,7 +12,7 @@ void dqw_noise_init_q15(dqw_noise_q15 *n)
     int64_t *sum_q30 = n->sum_q30;
     sum_q30[0] = sum_q30[1] = sum_q30[2] = sum_q30[DQW_NOISE_ANSWER_Q15] = 0;
     n->rows = 0;
-    n->held = 0;
+    n->held = n->turn = 0;
 }
 
 void dqw_noise_gap_q15(dqw_noise_q15 *n)
@@ -41,7 +41,7 @@ static void forget(int64_t *sum_q30)
 }
 
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15, int32_t made_d_q15,
-                        unsigned turn)
+                        bool looks)
 {
     int32_t *d = n->e_q15[0];
     int32_t *q = n->e_q15[1];
@@ -49,13 +49,12 @@ void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int3
         // [NOI.1] steps three apart, by the difference of those between: what is slow drops out
         const int32_t bend = w_step_q15 - n->w_step_q15;
         const int32_t bend_d_q15 = d[0] - d[1];
-        // [NOI.2] does the voltage's step go with it?
-        turn &= 3u;
         if (n->rows < DQW_NOISE_Q15_MEMORY)
             n->rows++;
         else
-            forget(&n->sum_q30[turn]);
-        if (turn == 2) add(&n->sum_q30[DQW_NOISE_ANSWER_Q15], made_d_q15 - n->made_q15, bend_d_q15);
+            forget(&n->sum_q30[n->turn++ & 3u]);
+        // [NOI.2] does the voltage's step go with it?
+        if (looks) add(&n->sum_q30[DQW_NOISE_ANSWER_Q15], made_d_q15 - n->made_q15, bend_d_q15);
         add(&n->sum_q30[DQW_NOISE_ID_Q15], e_d_q15 - d[2], bend_d_q15);
         add(&n->sum_q30[DQW_NOISE_IQ_Q15], e_q_q15 - q[2], q[0] - q[1]);
         add(&n->sum_q30[DQW_NOISE_W_Q15], bend, bend);

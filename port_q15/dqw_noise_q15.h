@@ -2,6 +2,7 @@
 #ifndef DQW_NOISE_Q15_H
 #define DQW_NOISE_Q15_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -12,8 +13,8 @@ extern "C" {
 #define DQW_NOISE_Q15_SHIFT 13
 #define DQW_NOISE_Q15_MEMORY (1u << DQW_NOISE_Q15_SHIFT)
 
-/// Where a sum stands: currents d and q, speed; behind them, how the voltage answers the noise of i_d, of a quarter of
-/// the rows.
+/// Where a sum stands: currents d and q, speed; behind them, how the voltage answers the noise of i_d, of some of the
+/// rows.
 enum {
     DQW_NOISE_ID_Q15 = 0,
     DQW_NOISE_IQ_Q15,
@@ -30,6 +31,7 @@ typedef struct dqw_noise_q15 {
     int32_t w_step_q15;   ///< |step| < 2^16
     uint16_t rows;        ///< in the sums, up to the memory
     uint8_t held;
+    uint8_t turn;  ///< which sum forgets next
 } dqw_noise_q15;
 
 /// Forget everything.
@@ -38,8 +40,9 @@ void dqw_noise_init_q15(dqw_noise_q15 *n);
 /// Time has jumped: the next row does not follow the last one. Variances stay.
 void dqw_noise_gap_q15(dqw_noise_q15 *n);
 
-/// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed; T/L times the
-/// voltage on d, which may answer the noise; and the row's number, of which one in four looks at that.
+/// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed; and T/L times
+/// the voltage on d, which may answer the noise, if this row looks at that: of each half as many as
+/// dqw_noise_looks_q15().
 ///
 /// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the
 ///          voltage's noise; (E189) for the answer
@@ -48,7 +51,13 @@ void dqw_noise_gap_q15(dqw_noise_q15 *n);
 /// Cost     4 products of 32 by 32 bits
 /// Context  ISR safe; one writer per object
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15, int32_t made_d_q15,
-                        unsigned turn);
+                        bool looks);
+
+/// Rows of a half of so many pairs that look for an answer.
+static inline uint32_t dqw_noise_looks_q15(uint32_t half)
+{
+    return (half + 1u) >> 2;
+}
 
 /// A variance from such a sum over `rows` rows: never negative. `parts`: -2 for a current's, 6 for the speed's.
 ///

@@ -88,7 +88,9 @@ static dqw_estimator_q15_block drawn(test_random *r, double size, double noise_V
 // (E189): the part of noise in a block's slope that a first-order loop answers, which the library takes to 0.02.
 static double answered(const dqw_estimator_q15_block *b)
 {
-    const double a = fabs((double)b->with.answer_q30 * 8 / (3 * (double)b->with.noise_q30[0])) * e.window.half;
+    const double a = fabs((double)b->with.answer_q30 * 2 * e.window.half / floor((e.window.half + 1) / 4.0) /
+                          (3 * (double)b->with.noise_q30[0])) *
+                     e.window.half;
     return a > 0 ? 1 - (1.5 - 2 * exp(-a) + 0.5 * exp(-2 * a)) / a : 0;
 }
 
