@@ -7,6 +7,8 @@
 #include "dqw_modulation.h"
 #include "dqw_number.h"
 
+// Rows in the mean slope of dead time's input.
+#define SLOPE_ROWS 4096u
 #define SQRT3_2 0.8660254f
 #define INV_SQRT3 0.57735027f
 // tanh is 1 from here on, to 1e-3.
@@ -67,7 +69,9 @@ static dead_input dead_time(dqw_estimator *e, const dqw_sample *s)
     // sample in four, and never the one that ends a block, is enough.
     if ((e->window.at & 3u) != 1u) return x;
     const float slope = k * (1.0f - (a * a + b * b + c * c) * (1.0f / 3.0f));
-    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) / (1.0f + 0.25f * (float)e->noise.of.rows);
+    const uint32_t rows = e->noise.of.rows;
+    e->dead_slope_inv_A += (slope - e->dead_slope_inv_A) /
+                           (1.0f + 0.25f * (float)(rows < SLOPE_ROWS ? rows : SLOPE_ROWS));
     return x;
 }
 

@@ -21,6 +21,7 @@
 #define COARSE_RATIO 1.5f
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3.0f
+// Nor does an inductance's on one axis whose power there is not twice its noise there.
 #define OWN_MARGIN 2.0f
 // From here on a loop answers all, to 0.1 %.
 #define ANSWERED_MOST 1000.0f

@@ -19,6 +19,7 @@
 #define COARSE_BLOCKS 50u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
 #define NOISE_MARGIN 3
+// Nor does an inductance's on one axis whose power there is not twice its noise there.
 #define OWN_MARGIN 2
 // From here on a loop answers all, to 0.1 %.
 #define ANSWERED_MOST_Q10 1024000

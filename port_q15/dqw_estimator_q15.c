@@ -243,7 +243,7 @@ static void step_noise(dqw_estimator_q15 *e, const dqw_sample_q15 *s, const int3
     const dqw_sample_q15 *l = &e->last;
     const int32_t made_d_q15 = dqw_q_round32(e->step_q15[0] * l->v_d_q15, 15);
     dqw_noise_step_q15(&e->noise, pair[4] - made_d_q15, pair[5] - dqw_q_round32(e->step_q15[1] * l->v_q_q15, 15),
-                       s->w_m_q15 - l->w_m_q15, made_d_q15, (e->window.at & 3u) == 2u);
+                       s->w_m_q15 - l->w_m_q15, made_d_q15, e->window.at);
 }
 
 // Sixteen bits at a time: the smallest cores copy what need not stand on a word byte by byte.

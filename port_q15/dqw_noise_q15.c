@@ -41,7 +41,7 @@ static void forget(int64_t *sum_q30)
 }
 
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15, int32_t made_d_q15,
-                        bool looks)
+                        uint32_t at)
 {
     int32_t *d = n->e_q15[0];
     int32_t *q = n->e_q15[1];
@@ -54,7 +54,7 @@ void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int3
         else
             forget(&n->sum_q30[n->turn++ & 3u]);
         // [NOI.2] does the voltage's step go with it?
-        if (looks) add(&n->sum_q30[DQW_NOISE_ANSWER_Q15], made_d_q15 - n->made_q15, bend_d_q15);
+        if ((at & 3u) == 2u) add(&n->sum_q30[DQW_NOISE_ANSWER_Q15], made_d_q15 - n->made_q15, bend_d_q15);
         add(&n->sum_q30[DQW_NOISE_ID_Q15], e_d_q15 - d[2], bend_d_q15);
         add(&n->sum_q30[DQW_NOISE_IQ_Q15], e_q_q15 - q[2], q[0] - q[1]);
         add(&n->sum_q30[DQW_NOISE_W_Q15], bend, bend);

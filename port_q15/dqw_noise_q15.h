@@ -2,7 +2,6 @@
 #ifndef DQW_NOISE_Q15_H
 #define DQW_NOISE_Q15_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -41,8 +40,7 @@ void dqw_noise_init_q15(dqw_noise_q15 *n);
 void dqw_noise_gap_q15(dqw_noise_q15 *n);
 
 /// One consecutive pair: the step of each current less T/L times its voltage, and the step of the speed; and T/L times
-/// the voltage on d, which may answer the noise, if this row looks at that: of each half as many as
-/// dqw_noise_looks_q15().
+/// the voltage on d, which may answer the noise: row `at` of a half looks at that where it is 2, 6, 10 …
 ///
 /// Source   (E60) in docs/EQUATIONS.md: E (e_k - e_k-3)(e_k-1 - e_k-2) = -2 var(i), whatever is slow, and whatever the
 ///          voltage's noise; (E189) for the answer
@@ -51,7 +49,7 @@ void dqw_noise_gap_q15(dqw_noise_q15 *n);
 /// Cost     4 products of 32 by 32 bits
 /// Context  ISR safe; one writer per object
 void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int32_t w_step_q15, int32_t made_d_q15,
-                        bool looks);
+                        uint32_t at);
 
 /// Rows of a half of so many pairs that look for an answer.
 static inline uint32_t dqw_noise_looks_q15(uint32_t half)

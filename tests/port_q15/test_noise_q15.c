@@ -11,9 +11,9 @@ void tearDown(void) {}
 
 static int32_t normal(test_random *r, double size_q15) { return (int32_t)lrint(size_q15 * random_normal(r)); }
 
-static void step_both(dqw_noise_q15 *n, dqw_noise *f, int32_t d, int32_t q, int32_t w, int32_t made, bool looks)
+static void step_both(dqw_noise_q15 *n, dqw_noise *f, int32_t d, int32_t q, int32_t w, int32_t made, uint32_t at)
 {
-    dqw_noise_step_q15(n, d, q, w, made, looks);
+    dqw_noise_step_q15(n, d, q, w, made, at);
     dqw_noise_step(f, (float)(d / ONE), (float)(q / ONE), (float)(w / ONE), (float)(made / ONE));
 }
 
@@ -33,7 +33,7 @@ static void test_variances_are_those_of_the_float_twin(void)
             const int32_t made = normal(&r, 50) - i[0] / 4;
             const int32_t next[2] = {normal(&r, 80), normal(&r, 300)};
             const int32_t faster = normal(&r, 40);
-            step_both(&n, &f, next[0] - i[0], next[1] - i[1], faster - w, made, k % 4 == 2);
+            step_both(&n, &f, next[0] - i[0], next[1] - i[1], faster - w, made, (uint32_t)k);
             i[0] = next[0], i[1] = next[1], w = faster;
         }
         const double of_float[] = {(double)f.of.i_d_A2, (double)f.of.i_q_A2, (double)f.of.w_rad2_s2};
@@ -56,6 +56,32 @@ static void test_variances_are_those_of_the_float_twin(void)
     }
 }
 
+// Halves of any length: each sum forgets as often as the others, and as many rows look for an answer as is said.
+static void test_every_half_forgets_alike(void)
+{
+    for (uint32_t half = 3; half <= 23; half += 2) {
+        dqw_noise_q15 n;
+        dqw_noise_init_q15(&n);
+        test_random r = {half};
+        int32_t i = 0;
+        for (uint32_t k = 0; k < 60000; k++) {
+            const int32_t made = -i / 4;
+            const int32_t next = normal(&r, 200);
+            dqw_noise_step_q15(&n, next - i, next - i, next - i, made, k % half);
+            i = next;
+        }
+        for (int c = 0; c < 3; c++) {
+            const int64_t v_q36 = dqw_noise_variance_q36(n.sum_q30[c], n.rows, c == DQW_NOISE_W_Q15 ? 6 : -2);
+            CASE("halves of %u, channel %d", half, c);
+            BETWEEN(0.85, ldexp((double)v_q36, -36) * ONE * ONE / (200 * 200), 1.15);
+        }
+        const double looks = n.rows * (double)dqw_noise_looks_q15(half) / half;
+        CASE("halves of %u, answer", half);
+        // The voltage answers a quarter of the noise a period later.
+        BETWEEN(-0.9, (double)n.sum_q30[DQW_NOISE_ANSWER_Q15] / looks / (200 * 200), -0.6);
+    }
+}
+
 // Between gaps all is level; across them it jumps by far more than the noise, and so it does at the beginning.
 static void test_a_gap_is_not_spanned(void)
 {
@@ -72,7 +98,7 @@ static void test_a_gap_is_not_spanned(void)
                 if (k > 0) dqw_noise_gap_q15(&n);
                 level = random_bits(&r) % 2 == 0 ? -20000 : 9000 * (k / length % 3);
             }
-            dqw_noise_step_q15(&n, level + normal(&r, 3), level, level / 2, level, k % 4 == 2);
+            dqw_noise_step_q15(&n, level + normal(&r, 3), level, level / 2, level, (uint32_t)k);
             expected += k % length >= 3;
         }
         HOLDS(n.rows == expected);
@@ -88,6 +114,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_variances_are_those_of_the_float_twin);
+    RUN_TEST(test_every_half_forgets_alike);
     RUN_TEST(test_a_gap_is_not_spanned);
     return UNITY_END();
 }
