@@ -49,10 +49,12 @@ void dqw_noise_step_q15(dqw_noise_q15 *n, int32_t e_d_q15, int32_t e_q_q15, int3
         // [NOI.1] steps three apart, by the difference of those between: what is slow drops out
         const int32_t bend = w_step_q15 - n->w_step_q15;
         const int32_t bend_d_q15 = d[0] - d[1];
-        if (n->rows < DQW_NOISE_Q15_MEMORY)
+        if (n->rows < DQW_NOISE_Q15_MEMORY) {
             n->rows++;
-        else
-            forget(&n->sum_q30[n->turn++ & 3u]);
+        } else {
+            forget(&n->sum_q30[n->turn & 3u]);
+            n->turn = (uint8_t)(n->turn + 1u);
+        }
         // [NOI.2] does the voltage's step go with it?
         if ((at & 3u) == 2u) add(&n->sum_q30[DQW_NOISE_ANSWER_Q15], made_d_q15 - n->made_q15, bend_d_q15);
         add(&n->sum_q30[DQW_NOISE_ID_Q15], e_d_q15 - d[2], bend_d_q15);
