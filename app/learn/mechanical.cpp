@@ -2,23 +2,32 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "app/learn/inputs.hpp"
 #include "app/learn/residual.hpp"
 #include "app/learn/shaft.hpp"
 #include "app/learn/torque_constant.hpp"
+#include "ref/effect/effect.hpp"
+#include "ref/model/hat.hpp"
 
 namespace dqw {
 namespace {
 
-constexpr double kHalfWindow_s = 25e-3;
+// A block may see this much of a log: slower steps of torque are rare.
+constexpr double kMostPart = 1.0 / 32.0;
 // Half a block may see this much of a cogging's own angle.
 constexpr double kHalfAngle_rad = 1.5;
 
-std::uint16_t half_window_of(double dt_s, const std::vector<TraceInput>& inputs, double w_m_rad_s)
+// The block's halves are those of a hat, whose slopes the speed's noise does not make. (E190)
+std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, double w_m_rad_s)
 {
-    double span_s = kHalfWindow_s;
+    const std::vector<Piece> pieces = pieces_of(logs, 2);
+    const double dt_s = logs.front().dt_s;
+    double span_s = hat_half_s(pieces, kMostPart * static_cast<double>(rows_of(pieces)) * dt_s);
     int least = 10;
     for (const TraceInput& in : inputs)
         if (in.effect == "cogging_torque" && kHalfAngle_rad / (in.shape[0] * w_m_rad_s) < span_s) {
@@ -52,7 +61,7 @@ ShaftLogs shaft_logs(const std::vector<Log>& logs, const LearnOptions& options)
     }
     if (!(shaft.largest_torque_Nm > 1e-30)) shaft.largest_torque_Nm = 1.0;
     shaft.largest_w_rad_s = static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
-    shaft.half_window = half_window_of(logs.front().dt_s, shaft.inputs, shaft.largest_w_rad_s);
+    shaft.half_window = half_window_of(logs, shaft.inputs, shaft.largest_w_rad_s);
     return shaft;
 }
 
@@ -113,11 +122,90 @@ template <class Shaft> Learned learned_by(const std::vector<Log>& logs, const Le
     return report(logs, options, shaft, m, torque_constant.read());
 }
 
+Learned learned_once(const std::vector<Log>& logs, const LearnOptions& options)
+{
+    return options.fixed_point ? learned_by<Q15Shaft>(logs, options) : learned_by<FloatShaft>(logs, options);
+}
+
+using Values = std::map<std::string, double>;
+
+Values values_of(const Learned& learned)
+{
+    Values values;
+    for (const Estimate& e : learned.result.parameters) values[e.name] = e.value;
+    for (const TraceEffect& effect : learned.effects)
+        for (const Estimate& e : effect.parameters) values[effect.name + e.name] = e.value;
+    return values;
+}
+
+/// Gives each deviation to `more(key, value, sd)`, which makes it wider.
+template <class More> void widen(Learned& learned, const More& more)
+{
+    for (Estimate& e : learned.result.parameters) e.sd = more(e.name, e.value, e.sd);
+    for (TraceEffect& effect : learned.effects)
+        for (Estimate& e : effect.parameters) e.sd = more(effect.name + e.name, e.value, e.sd);
+}
+
+/// Where the fits without a quarter of the rows scatter clearly more, that. (E191)
+void widen_by_quarters(const std::vector<Log>& logs, const LearnOptions& options, Learned& learned)
+{
+    constexpr std::size_t kParts = 4, kLeastRows = 400;
+    constexpr double kClearly = 1.6;
+    const std::size_t rows = all_rows(logs);
+    if (rows < kLeastRows) return;
+    std::vector<char> held(rows, 0);
+    if (options.heldout_row != nullptr) held.assign(options.heldout_row->begin(), options.heldout_row->end());
+    std::array<Values, kParts> without;
+    for (std::size_t part = 0; part < kParts; ++part) {
+        std::vector<char> left_out = held;
+        std::fill(left_out.begin() + static_cast<std::ptrdiff_t>(part * rows / kParts),
+                  left_out.begin() + static_cast<std::ptrdiff_t>((part + 1) * rows / kParts), 1);
+        LearnOptions run = quiet(options);
+        run.heldout_row = &left_out;
+        without[part] = values_of(learned_once(logs, run));
+    }
+    widen(learned, [&](const std::string& key, double value, double sd) {
+        double mean = 0.0, square = 0.0;
+        for (const Values& v : without) {
+            const auto found = v.find(key);
+            // What a quarter alone tells is as wide as itself.
+            if (found == v.end()) return std::max(sd, std::abs(value));
+            mean += found->second / kParts;
+        }
+        for (const Values& v : without) square += std::pow(v.at(key) - mean, 2);
+        const double scatter = std::sqrt(square * (kParts - 1.0) / kParts);
+        return scatter > kClearly * sd ? scatter : sd;
+    });
+}
+
+/// What a speed's width that nobody gave may be off by: from it to an eighth of it.
+void widen_by_width(const std::vector<Log>& logs, const LearnOptions& options, Learned& learned)
+{
+    constexpr double kNarrow = 1.0 / 8.0;
+    LearnOptions run = quiet(options);
+    bool assumed = false;
+    for (std::size_t n = 0; n < options.inputs.size(); ++n) {
+        const Effect* effect = find_effect(options.inputs[n].effect);
+        if (!options.inputs[n].shape.empty() || effect == nullptr || effect->shape != Shape::speed_width) continue;
+        run.inputs[n].shape = learned.inputs[n].shape;
+        run.inputs[n].shape[0] *= kNarrow, assumed = true;
+    }
+    if (!assumed) return;
+    const Values narrow = values_of(learned_once(logs, run));
+    widen(learned, [&](const std::string& key, double value, double sd) {
+        const auto found = narrow.find(key);
+        return found == narrow.end() ? sd : std::hypot(sd, found->second - value);
+    });
+}
+
 }  // namespace
 
 Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options)
 {
-    return options.fixed_point ? learned_by<Q15Shaft>(logs, options) : learned_by<FloatShaft>(logs, options);
+    Learned learned = learned_once(logs, options);
+    widen_by_quarters(logs, options, learned);
+    widen_by_width(logs, options, learned);
+    return learned;
 }
 
 }  // namespace dqw

@@ -18,6 +18,10 @@
 
 namespace dqw {
 
+/// Of the largest signals: a slope below the usual threshold takes its torque, too, and blocks are so long that noise
+/// makes none.
+constexpr float kExcitation = 1e-4f;
+
 /// What the learners are shown of mechanical logs.
 struct ShaftLogs {
     std::vector<TraceInput> inputs;            ///< effects, their shapes completed
@@ -42,6 +46,7 @@ public:
         config_.J_kgm2 = nominal(first.machine, options.start, &Machine::J_kgm2);
         config_.B_Nms_rad = nominal(first.machine, options.start, &Machine::B_Nms_rad);
         config_.half_window = shaft.half_window;
+        config_.excitation_pu = kExcitation;
         config_.effects = list_.data();
         config_.effect_count = static_cast<std::uint8_t>(list_.size());
         if (dqw_shaft_init(&m_, &config_) != DQW_OK)
@@ -106,8 +111,7 @@ public:
                                    static_cast<double>(nominal(first.machine, options.start, &Machine::B_Nms_rad)));
         config_.half_window = static_cast<std::uint8_t>(
             std::min<std::uint16_t>(shaft.half_window, DQW_WINDOW_Q15_HALF));
-        // lib/'s threshold, of the largest signal: a coarse encoder puts many blocks right at it.
-        config_.excitation_q15 = static_cast<std::uint16_t>(std::lround(0.002 / kRoom * 32768.0));
+        config_.excitation_q15 = static_cast<std::uint16_t>(std::lround(kExcitation / kRoom * 32768.0));
         // A host has the time to solve after every block, as the float learners do.
         config_.solve_blocks = 1;
         config_.effects = list_.data();

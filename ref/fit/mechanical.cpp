@@ -8,6 +8,7 @@
 #include "ref/log/residual.hpp"
 #include "ref/model/averaged.hpp"
 #include "ref/model/blocks.hpp"
+#include "ref/model/lasting.hpp"
 #include "ref/model/linear.hpp"
 #include "ref/model/mechanical.hpp"
 #include "ref/model/plan.hpp"
@@ -53,7 +54,7 @@ WithoutEffects mechanical_model(const Task& task, const std::vector<std::vector<
 {
     // Without effects no torque turns with the shaft.
     static const std::vector<std::vector<double>> none;
-    return {std::make_unique<MechanicalModel>(task.logs, torque, none, even_plan(std::move(pieces), 1), false),
+    return {std::make_unique<MechanicalModel>(task.logs, torque, none, even_plan(std::move(pieces), 1)),
             {"J_kgm2", "B_Nms_rad"}};
 }
 
@@ -92,24 +93,56 @@ PlainModel plain_model(const Eigen::VectorXd& theta, double torque_constant_Nm_A
     return plain;
 }
 
-/// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
-bool publish_averaged(const Task& task, LinearModel& model, const Eigen::VectorXd& start, double torque_constant_Nm_A,
-                      Result& result)
+/// Adds what lasts in the residual to the deviations, (E192).
+void add_lasting(const Task& task, const std::vector<Piece>& pieces, const std::vector<std::vector<double>>& torque,
+                 const Eigen::VectorXd& theta, Covariance& covariance)
 {
-    if (model.rows() < 10) return false;
+    static const std::vector<std::vector<double>> none;
+    const MechanicalModel model(task.logs, torque, none, even_plan(pieces, 1));
+    const Eigen::Vector2d lasting = lasting_deviations(model.report({theta.head(2), {}, {}}, 0));
+    for (Eigen::Index j : {kJ, kB}) {
+        Assessment& a = covariance.each[static_cast<std::size_t>(j)];
+        if (a.verdict != Verdict::determined) continue;
+        covariance.of(j, j) += lasting[j] * lasting[j];
+        a.sd = std::hypot(a.sd, lasting[j]);
+    }
+}
+
+/// Whether J or B of a prediction is beyond three deviations and a part of those of the means, (E190).
+bool is_off(const Eigen::VectorXd& predicted, const Covariance& means)
+{
+    constexpr double kFar = 3.0, kOwnErrors = 0.01;
+    for (Eigen::Index j : {kJ, kB}) {
+        const Assessment& a = means.each[static_cast<std::size_t>(j)];
+        if (a.verdict == Verdict::determined &&
+            std::abs(predicted[j] - a.value) > kFar * a.sd + kOwnErrors * std::abs(a.value))
+            return true;
+    }
+    return false;
+}
+
+/// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less, or J and B of
+/// the prediction are none of the means'.
+bool publish_averaged(const Task& task, const std::vector<Piece>& pieces,
+                      const std::vector<std::vector<double>>& torque, const Eigen::VectorXd& predicted,
+                      double torque_constant_Nm_A, Result& result)
+{
+    const auto model = averaged_mechanical(pieces, torque_of_pieces(task, pieces, torque));
+    if (model->rows() < 10) return false;
     SolveOptions options;
     options.tick = task.tick;
-    const Solution s = solve(model, start.head(2), {true, true}, options);
+    const Solution s = solve(*model, predicted.head(2), {true, true}, options);
     if (!s.ok || !(s.theta[0] > 0.0)) return false;
+    Covariance covariance = assess(s, *model, Eigen::VectorXd::Zero(2));
     Result averaged;
     averaged.notes = result.notes;
     report_residual(task.logs, plain_model(s.theta, torque_constant_Nm_A), averaged);
-    if (!clearly_better(model, averaged.residual_rms, result.residual_rms)) return false;
+    if (!clearly_better(*model, averaged.residual_rms, result.residual_rms) && !is_off(predicted, covariance))
+        return false;
     result = averaged;
-    const Covariance covariance = assess(s, model, Eigen::VectorXd::Zero(2));
-    publish(task, model.names(), covariance, result);
-    result.notes.push_back(
-        "the plain model does not hold; fitted to torque averaged over blocks, which leaves less than prediction");
+    add_lasting(task, pieces, torque, s.theta, covariance);
+    publish(task, model->names(), covariance, result);
+    result.notes.push_back("prediction does not hold of the torque's means; fitted to torque averaged over blocks");
     note_robust(covariance, result);
     return true;
 }
@@ -142,12 +175,11 @@ Result fit_mechanical(const Task& task)
     if (!best.ok)
         throw std::invalid_argument(task.logs.front().path +
                                     ": one sampling period spans many time constants of the machine");
-    const Covariance covariance = assess_excited(best, model, Eigen::VectorXd::Zero(3));
+    Covariance covariance = assess_excited(best, model, Eigen::VectorXd::Zero(3));
     const double torque_constant = task.torque_constant_Nm_A.value_or(0.0);
     report_residual(task.logs, plain_model(best.theta, torque_constant), result);
-    const double speed_noise = best.noise[0] * std::sqrt(std::max(0.0, 1.0 - best.theta[kGain]));
-    const auto averaged = averaged_mechanical(pieces, torque_of_pieces(task, pieces, torque), speed_noise);
-    if (!covariance.robust || !publish_averaged(task, *averaged, best.theta, torque_constant, result)) {
+    if (!covariance.robust || !publish_averaged(task, pieces, torque, best.theta, torque_constant, result)) {
+        add_lasting(task, pieces, torque, best.theta, covariance);
         publish(task, model.names(), covariance, result);
         note_robust(covariance, result);
     }

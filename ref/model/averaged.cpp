@@ -1,9 +1,12 @@
 #include "ref/model/averaged.hpp"
 
 #include "ref/model/blocks.hpp"
+#include "ref/model/hat.hpp"
 
 namespace dqw {
 namespace {
+
+constexpr double kMostHat_s = 2.0;  ///< above a shaft's own time constant slopes are no more than the speed's
 
 std::size_t rows_in_block(const Piece& piece) { return block_rows(*piece.log); }
 
@@ -43,34 +46,22 @@ std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& piece
 }
 
 std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
-                                                 const std::vector<const std::vector<double>*>& torque,
-                                                 double noise_rad_s)
+                                                 const std::vector<const std::vector<double>*>& torque)
 {
-    double ends = 0.0, mean = 0.0, blocks = 0.0;
-    for (const Piece& piece : pieces) {
-        const std::size_t n = rows_in_block(piece);
-        for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
-            const double time_s = span_s(piece, k, n);
-            ends += 2.0 / (time_s * time_s), mean += 1.0 / static_cast<double>(n), blocks += 1.0;
-        }
-    }
-    if (blocks > 0.0) ends /= blocks, mean /= blocks;
-    const double w = noise_rad_s * noise_rad_s;
-    const auto source = [pieces, torque](const auto& visit) {
+    const double half_s = hat_half_s(pieces, kMostHat_s);
+    const auto source = [pieces, torque, half_s](const auto& visit) {
         for (std::size_t i = 0; i < pieces.size(); ++i) {
-            const std::size_t n = rows_in_block(pieces[i]);
-            for (std::size_t k = pieces[i].begin; k + n < pieces[i].end; k += n) {
-                const MotionBlock b = motion_block_at(pieces[i], *torque[i], k, n);
+            const Piece& piece = pieces[i];
+            each_hat(piece, piece.begin, piece.end, hat_rows(*piece.log, half_s), [&](std::size_t k, const Hat& hat) {
                 LinearModel::Row row;
-                row.y[0] = b.torque;
-                row.x[0] = {b.dw, b.w, 0.0, 0.0};
+                const double* w = &piece.log->w_m_rad_s[k];
+                row.y[0] = hat.mean_of(&(*torque[i])[k]);
+                row.x[0] = {hat.slope_of(w), hat.mean_of(w), 0.0, 0.0};
                 visit(row);
-            }
+            });
         }
     };
-    auto model = std::make_unique<LinearModel>(std::vector<std::string>{"J_kgm2", "B_Nms_rad"}, 1, source);
-    model->set_regressor_noise({{{ends * w, mean * w, 0.0, 0.0}, {}}});
-    return model;
+    return std::make_unique<LinearModel>(std::vector<std::string>{"J_kgm2", "B_Nms_rad"}, 1, source);
 }
 
 bool clearly_better(const LinearModel& model, double averaged, double predicted)

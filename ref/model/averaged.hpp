@@ -12,17 +12,16 @@ namespace dqw {
 
 /// Where the plain model lacks an effect, prediction of currents and least residual voltage differ: a voltage that is
 /// missing counts as voltage / L there, so that a larger L seems better. These regress the voltage (torque) itself on
-/// block means and on the blocks' end currents (speeds), less the scatter that white noise of the known variance adds
-/// to the regressors. Less efficient than prediction where the model holds; the better fit where it does not.
+/// block means and on the blocks' end currents, less the scatter that white noise of the known variance adds to the
+/// regressors. Less efficient than prediction where the model holds; the better fit where it does not.
 
 /// Parameters R, L_d, L_q, psi; two channels, v_d and v_q. `noise_A`: of one sample of i_d and i_q.
 std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A,
                                                  double noise_q_A);
 
-/// Parameters J, B; one channel, the torque. `torque[i]` belongs to pieces[i]; `noise_rad_s`: of one sample of w_m.
+/// Parameters J, B; one channel, the torque under hats, (E190). `torque[i]` belongs to pieces[i].
 std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
-                                                 const std::vector<const std::vector<double>*>& torque,
-                                                 double noise_rad_s);
+                                                 const std::vector<const std::vector<double>*>& torque);
 
 /// Whether the averaged fit, with this reported residual (RMS), is clearly better than prediction with that: by more
 /// than

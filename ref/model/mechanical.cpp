@@ -5,6 +5,7 @@
 
 #include "ref/log/wanted.hpp"
 #include "ref/model/gather.hpp"
+#include "ref/model/hat.hpp"
 
 namespace dqw {
 namespace {
@@ -89,8 +90,8 @@ std::vector<double> shaft_angle(const Log& log)
 }
 
 MechanicalModel::MechanicalModel(const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque,
-                                 const std::vector<std::vector<double>>& angle, Plan plan, bool averaged)
-    : logs_(logs), torque_(torque), angle_(angle), plan_(std::move(plan)), averaged_(averaged)
+                                 const std::vector<std::vector<double>>& angle, Plan plan, double hat_half_s)
+    : logs_(logs), torque_(torque), angle_(angle), plan_(std::move(plan)), hat_half_s_(hat_half_s)
 {
     double time_s = 0.0, periods = 0.0;
     for (const Piece& piece : plan_.pieces) {
@@ -116,16 +117,16 @@ std::vector<ReportBlock> MechanicalModel::report(const Point& at, std::size_t ro
 {
     std::vector<ReportBlock> out;
     for (const Log& log : logs_) {
-        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())],
-                   &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
-        const auto& w = log.w_m_rad_s;
+        const auto number = static_cast<std::size_t>(&log - logs_.data());
+        const auto &torque = torque_[number], &w = log.w_m_rad_s;
         const std::size_t n = rows > 0 ? rows : block_rows(log);
         for (const Piece& piece : pieces_of(log, 2))
             for (std::size_t k = piece.begin; k + n < piece.end; k += n) {
                 ReportBlock b{&log, k, k + n, {}, {}};
                 const double time_s = span_s(piece, k, n);
                 const auto less = [&](std::size_t r) {
-                    return torque[r] - at.base[kB] * w[r] - terms_torque(at, w[r], angle[r]);
+                    return torque[r] - at.base[kB] * w[r] -
+                           (at.terms.empty() ? 0.0 : terms_torque(at, w[r], angle_[number][r]));
                 };
                 for (std::size_t r = k; r < k + n; ++r) {
                     const double dt = piece.period_s(r);
@@ -144,7 +145,7 @@ bool MechanicalModel::sweep(const Point& at, const std::vector<Input>* candidate
 {
     sums = empty_sums(plan_.blocks.size(), 1, columns_of(at, candidates));
     if (!at.values().allFinite() || !(at.base[kJ] > 0.0)) return false;
-    if (averaged_)
+    if (hat_half_s_ > 0.0)
         average(at, candidates, sums);
     else if (std::abs(at.base[kB]) * dt_max_s_ > kLargestRateDt * at.base[kJ] || !predict(at, candidates, sums))
         return false;
@@ -159,28 +160,25 @@ void MechanicalModel::average(const Point& at, const std::vector<Input>* candida
     for (std::size_t b = 0; b < sums.size(); ++b) {
         const FineBlock& fine = plan_.blocks[b];
         const Log& log = *fine.piece->log;
-        const auto &torque = torque_[static_cast<std::size_t>(&log - logs_.data())],
-                   &angle = angle_[static_cast<std::size_t>(&log - logs_.data())];
-        const auto& w = log.w_m_rad_s;
-        const std::size_t length = block_rows(log);
-        for (std::size_t k = fine.begin; k + length < std::min(fine.end + 1, fine.piece->end); k += length) {
-            x.setZero();
-            const double share = 0.5 / static_cast<double>(length);
-            double e = 0.0;
-            for (std::size_t r = k; r < k + length; ++r)
-                for (std::size_t s : {r, r + 1}) {
-                    if (candidates != nullptr) {
-                        x[kB] += share * w[s];
-                        add_inputs(at, *candidates, w[s], angle[s], share, x.tail(n - 2));
-                    }
-                    e += share * (torque[s] - at.base[kB] * w[s] - terms_torque(at, w[s], angle[s]));
-                }
-            const double slope = (w[k + length] - w[k]) / span_s(*fine.piece, k, length);
-            if (n > 0) x[kJ] = slope;
-            row << -x, e - at.base[kJ] * slope;
-            sums[b].gram[0].selfadjointView<Eigen::Lower>().rankUpdate(row);
-            sums[b].rows += 1.0;
-        }
+        const auto number = static_cast<std::size_t>(&log - logs_.data());
+        const auto &torque = torque_[number], &angle = angle_[number], &w = log.w_m_rad_s;
+        each_hat(*fine.piece, fine.begin, std::min(fine.end + 1, fine.piece->end), hat_rows(log, hat_half_s_),
+                 [&](std::size_t k, const Hat& hat) {
+                     const double slope = hat.slope_of(&w[k]);
+                     double e = hat.mean_of(&torque[k]) - at.base[kB] * hat.mean_of(&w[k]) - at.base[kJ] * slope;
+                     if (!at.terms.empty())
+                         for (std::size_t r = 0; r < hat.mean.size(); ++r)
+                             e -= hat.mean[r] * terms_torque(at, w[k + r], angle[k + r]);
+                     if (n > 0) {
+                         x.setZero();
+                         x[kJ] = slope, x[kB] = hat.mean_of(&w[k]);
+                         for (std::size_t r = 0; r < hat.mean.size() && n > 2; ++r)
+                             add_inputs(at, *candidates, w[k + r], angle[k + r], hat.mean[r], x.tail(n - 2));
+                     }
+                     row << -x, e;
+                     sums[b].gram[0].selfadjointView<Eigen::Lower>().rankUpdate(row);
+                     sums[b].rows += 1.0;
+                 });
     }
 }
 

@@ -13,14 +13,15 @@ class MechanicalModel : public Model {
 public:
     /// `torque[i]` and `angle[i]` (of the shaft; measured or integrated; without effects none is needed) belong to
     /// logs[i]; all outlive the model.
-    /// `averaged`: regress the torque itself on means over the blocks of the reported residual, without a prediction.
-    /// Less efficient; but where what the model lacks is fast (a shaft that twists), prediction looks at nothing else.
+    /// `hat_half_s` above 0: regress the torque itself on means under such hats, without a prediction, (E190). Less
+    /// efficient; but where what the model lacks is fast (a shaft that twists), or the speed's noise is not white,
+    /// prediction looks at nothing else.
     MechanicalModel(const std::vector<Log>& logs, const std::vector<std::vector<double>>& torque,
-                    const std::vector<std::vector<double>>& angle, Plan plan, bool averaged);
+                    const std::vector<std::vector<double>>& angle, Plan plan, double hat_half_s = 0.0);
 
     const std::vector<std::string>& base_names() const override;
     int channels() const override { return 1; }
-    int gains() const override { return averaged_ ? 0 : 1; }
+    int gains() const override { return hat_half_s_ > 0.0 ? 0 : 1; }
     bool common_weight() const override { return false; }
     const Plan& plan() const override { return plan_; }
     const std::vector<double>& measured(const Log& log, int) const override { return log.w_m_rad_s; }
@@ -36,8 +37,7 @@ private:
     const std::vector<Log>& logs_;
     const std::vector<std::vector<double>>&torque_, &angle_;
     Plan plan_;
-    bool averaged_;
-    double dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
+    double hat_half_s_, dt_max_s_ = 0.0, dt_mean_s_ = 0.0;
     StartWeights weights_;
 };
 

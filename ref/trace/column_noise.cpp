@@ -3,8 +3,10 @@
 #include <cmath>
 
 #include "ref/model/coherent.hpp"
-#include "ref/model/open_circuit.hpp"
 #include "ref/model/column_noise.hpp"
+#include "ref/model/lasting.hpp"
+#include "ref/model/open_circuit.hpp"
+#include "ref/trace/quarters.hpp"
 
 namespace dqw {
 namespace {
@@ -104,6 +106,12 @@ Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, co
     Eigen::VectorXd sd = deviations(model, refined);
     if (is_open_circuit(*setup.logs))
         return (sd.array().square() + open_circuit_deviations(model, refined.point).array().square()).sqrt();
+    if (setup.regime == Regime::mechanical) {
+        Eigen::VectorXd wide = beside_quarters(model, refined, sd);
+        const Eigen::Vector2d lasting = lasting_deviations(setup.full->report(refined.point, 0));
+        for (Eigen::Index j = 0; j < lasting.size(); ++j) wide[j] = std::hypot(wide[j], lasting[j]);
+        return wide;
+    }
     if (setup.regime != Regime::dynamic) return sd;
     double rows = 0.0;
     Eigen::VectorXd variance;

@@ -9,6 +9,7 @@
 #include "ref/fit/fit.hpp"
 #include "ref/fit/publish.hpp"
 #include "ref/trace/determined.hpp"
+#include "ref/trace/predicts.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "ref/trace/sense.hpp"
@@ -44,13 +45,13 @@ Fitted fitted(const std::vector<Log>& logs, const Names& effects, bool averaged,
     return out;
 }
 
-/// Of a mechanical log, the averaged model where it leaves clearly less, as in a trace.
+/// Of a mechanical log, the averaged model where the predicting one does not hold of means, as in a trace.
 Fitted fitted(const std::vector<Log>& logs, const Names& effects, const std::function<void()>& tick)
 {
     Fitted predicted = fitted(logs, effects, false, tick);
     if (predicted.setup->regime != Regime::mechanical) return predicted;
     Fitted averaged = fitted(logs, effects, true, tick);
-    if (!(averaged.rms < kClearlyLess * predicted.rms)) return predicted;
+    if (predicts_means(*averaged.setup, averaged.refined, predicted.refined.point)) return predicted;
     averaged.setup->notes.push_back("prediction leaves more; fitted to torque averaged over blocks");
     return averaged;
 }

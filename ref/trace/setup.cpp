@@ -11,6 +11,7 @@
 #include "ref/log/residual.hpp"
 #include "ref/log/turns.hpp"
 #include "ref/model/blocks.hpp"
+#include "ref/model/hat.hpp"
 #include "ref/model/mechanical.hpp"
 #include "ref/model/open_circuit.hpp"
 #include "ref/model/plan.hpp"
@@ -32,6 +33,8 @@ constexpr std::size_t kLeastPiece = 30;
 constexpr std::size_t kLeastRows = 400, kLeastSettled = 8;
 /// A search looks at this many rows of a longer log, in eight windows: more cost time. Not varied.
 constexpr std::size_t kSearchRows = 24000, kSearchWindow = 3000;
+/// Halves of hats in a stretch, and of three hats in a fine block.
+constexpr std::size_t kHatsInStretch = 8, kHatsInBlock = 4;
 constexpr std::size_t kSettledStretches = 60, kSettledFine = 3;
 constexpr std::size_t kFewRows = 400;  ///< settled rows: fewer are operating points, more are a record in time
 constexpr double kSamePoint = 0.01;    ///< of the largest: sensors' noise within one operating point
@@ -254,15 +257,22 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
                                     " rows in even pieces of " + std::to_string(kLeastPiece) +
                                     " and more; a trace needs at least " + std::to_string(kLeastRows) +
                                     " to hold some out");
-    const std::size_t stretches = stretches_of(pieces, kStretches * logs.size());
-    setup.full = std::make_unique<MechanicalModel>(
-        logs, setup.torque, setup.angle, alternate_plan(pieces, stretches, averaged ? kFine / 2 : kFine, kGuard),
-        averaged);
+    std::size_t stretches = stretches_of(pieces, kStretches * logs.size()), fine = kFine;
+    double half_s = 0.0;
+    if (averaged) {
+        const double rows = static_cast<double>(rows_of(pieces)), dt_s = logs.front().dt_s;
+        half_s = hat_half_s(pieces, rows * dt_s / static_cast<double>(kHatsInStretch * kFewestStretches));
+        const std::size_t half = hat_rows(logs.front(), half_s), most = rows_of(pieces) / (kHatsInStretch * half);
+        stretches = std::clamp(most, std::min(kFewestStretches, stretches), stretches);
+        fine = std::clamp(rows_of(pieces) / stretches / (kHatsInBlock * half), std::size_t{1}, kFine / 2);
+    }
+    setup.full = std::make_unique<MechanicalModel>(logs, setup.torque, setup.angle,
+                                                   alternate_plan(pieces, stretches, fine, kGuard), half_s);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);
-    if (rows_of(windows) < rows_of(pieces))
+    if (rows_of(windows) < rows_of(pieces) && !averaged)
         setup.part = std::make_unique<MechanicalModel>(
             logs, setup.torque, setup.angle,
-            alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard), averaged);
+            alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard));
     std::vector<const std::vector<double>*> of_piece;
     for (const Piece& piece : pieces)
         of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);

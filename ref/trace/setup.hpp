@@ -44,10 +44,6 @@ enum class Variant {
     rotor_held  ///< of a dynamic log: within a period the voltage turns with the rotor instead of standing still
 };
 
-/// Of the residual that predictions leave: below it the averaged model is taken. It is the less efficient one, so its
-/// own errors of some percent are not to decide. (E48)
-constexpr double kClearlyLess = 0.9;
-
 /// Throws std::invalid_argument (one line) where logs do not fit together or rows are too few to hold some out.
 /// `only`: names of the effects to try; empty: all. `pole_pairs`: where no log says them; 0: found.
 std::unique_ptr<TraceSetup> trace_setup(const std::vector<Log>& logs, const std::vector<std::string>& only,

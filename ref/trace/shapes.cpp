@@ -59,6 +59,8 @@ std::vector<BlockSum> folded(const Model& model, const std::vector<BlockSum>& su
     return two;
 }
 
+constexpr double kLeastPart = 0.1;  ///< of a start: from it refine() comes back in two passes
+
 /// Linear steps from one point, for any shapes: all of them are columns of the same sums.
 class Steps {
 public:
@@ -95,6 +97,9 @@ public:
         const Eigen::VectorXd delta = linear_step(model_, seen_, use, 0.0, prior_);
         Choice out{at_, left_after(model_, sums_, delta).heldout};
         out.point.set(at_.values() + delta.head(at_.columns()));
+        // R, L and J are none below zero: so far the step is not linear.
+        for (Eigen::Index j = 0; j + 1 < at_.base.size(); ++j)
+            out.point.base[j] = std::max(out.point.base[j], kLeastPart * at_.base[j]);
         for (std::size_t n = 0; n < effects_.size(); ++n) {
             Eigen::Index column = first_[n][picked[n]];
             for (const Input& input : effects_[n][picked[n]]->inputs) {

@@ -20,6 +20,7 @@
 #include "ref/trace/noise.hpp"
 #include "ref/trace/pole_pairs.hpp"
 #include "ref/trace/reading.hpp"
+#include "ref/trace/predicts.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "ref/trace/rules.hpp"
@@ -647,7 +648,8 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     Search found = search(logs, options, setup_of(logs, options, Variant::usual), ticks);
     if (found.setup->regime == Regime::mechanical) {
         Search other = search(logs, options, setup_of(logs, options, Variant::averaged), ticks);
-        return other.rms < kClearlyLess * found.rms ? std::move(other) : std::move(found);
+        return predicts_means(*other.setup, other.selection.best, found.selection.best.point) ? std::move(found)
+                                                                                              : std::move(other);
     }
     if (found.setup->regime != Regime::dynamic || widest_turn(*found.setup) < kLeastTurn_rad) return found;
     // What a voltage that turns otherwise looks like, or what is not told from that.
