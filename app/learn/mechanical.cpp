@@ -11,8 +11,10 @@
 #include "app/learn/residual.hpp"
 #include "app/learn/shaft.hpp"
 #include "app/learn/torque_constant.hpp"
+#include "dqw_effect.h"
 #include "ref/effect/effect.hpp"
 #include "ref/model/hat.hpp"
+#include "ref/model/warming.hpp"
 
 namespace dqw {
 namespace {
@@ -146,35 +148,61 @@ template <class More> void widen(Learned& learned, const More& more)
         for (Estimate& e : effect.parameters) e.sd = more(effect.name + e.name, e.value, e.sd);
 }
 
-/// Where the fits without a quarter of the rows scatter clearly more, that. (E191)
-void widen_by_quarters(const std::vector<Log>& logs, const LearnOptions& options, Learned& learned)
+/// Takes B's and the effects' columns at a row into those of a hat.
+void take_friction(const std::vector<dqw_effect_config>& effects, double w_m_rad_s, float angle_rad, double part,
+                   Eigen::VectorXd& columns)
 {
-    constexpr std::size_t kParts = 4, kLeastRows = 400;
-    constexpr double kClearly = 1.6;
-    const std::size_t rows = all_rows(logs);
-    if (rows < kLeastRows) return;
-    std::vector<char> held(rows, 0);
-    if (options.heldout_row != nullptr) held.assign(options.heldout_row->begin(), options.heldout_row->end());
-    std::array<Values, kParts> without;
-    for (std::size_t part = 0; part < kParts; ++part) {
-        std::vector<char> left_out = held;
-        std::fill(left_out.begin() + static_cast<std::ptrdiff_t>(part * rows / kParts),
-                  left_out.begin() + static_cast<std::ptrdiff_t>((part + 1) * rows / kParts), 1);
-        LearnOptions run = quiet(options);
-        run.heldout_row = &left_out;
-        without[part] = values_of(learned_once(logs, run));
+    float x[DQW_EFFECT_WEIGHTS];
+    Eigen::Index column = 1;
+    columns[column++] -= part * w_m_rad_s;
+    for (const dqw_effect_config& effect : effects) {
+        dqw_effect_torque(&effect, static_cast<float>(w_m_rad_s), angle_rad, x);
+        for (int i = 0; i < dqw_effect_weights(effect.effect); ++i)
+            columns[column++] -= part * static_cast<double>(x[i]);
     }
-    widen(learned, [&](const std::string& key, double value, double sd) {
-        double mean = 0.0, square = 0.0;
-        for (const Values& v : without) {
-            const auto found = v.find(key);
-            // What a quarter alone tells is as wide as itself.
-            if (found == v.end()) return std::max(sd, std::abs(value));
-            mean += found->second / kParts;
+}
+
+/// What a friction that falls along the logs makes of each value. (E191)
+void widen_by_warming(const std::vector<Log>& logs, const LearnOptions& options, Learned& learned)
+{
+    constexpr std::size_t kParts = 40;
+    // What a trace shows the learners has a reference's deviations beside it.
+    if (options.heldout_row != nullptr) return;
+    const ShaftLogs shaft = shaft_logs(logs, options);
+    std::vector<std::string> names{"J_kgm2", "B_Nms_rad"};
+    std::vector<double> friction{0.0, learned.model.B_Nms_rad};
+    const std::vector<dqw_effect_config> effects = lists_of(learned.inputs);
+    for (std::size_t n = 0; n < effects.size(); ++n)
+        for (std::size_t w = 0; w < learned.inputs[n].weights.size(); ++w) {
+            names.push_back(learned.inputs[n].effect + "torque_Nm");
+            friction.push_back(learned.inputs[n].weights[w]);
         }
-        for (const Values& v : without) square += std::pow(v.at(key) - mean, 2);
-        const double scatter = std::sqrt(square * (kParts - 1.0) / kParts);
-        return scatter > kClearly * sd ? scatter : sd;
+    const auto n = static_cast<Eigen::Index>(friction.size());
+    const Eigen::Map<const Eigen::VectorXd> of_friction(friction.data(), n);
+    std::vector<TimedSum> sums;
+    double square = 0.0, hats = 0.0;
+    for (std::size_t l = 0; l < logs.size(); ++l) {
+        const std::vector<float> angle = shaft_angle_of(logs[l]);
+        const std::size_t first = sums.size(), rows = logs[l].rows();
+        for (std::size_t part = 0; part < kParts; ++part)
+            sums.push_back({(static_cast<double>(part) + 0.5) / kParts - 0.5, Eigen::MatrixXd::Zero(n + 1, n + 1)});
+        for (const Piece& piece : pieces_of(logs[l], 2))
+            each_hat(piece, piece.begin, piece.end, shaft.half_window, [&](std::size_t k, const Hat& hat) {
+                Eigen::VectorXd row = Eigen::VectorXd::Zero(n + 1);
+                row[0] = -hat.slope_of(&logs[l].w_m_rad_s[k]);
+                for (std::size_t r = 0; r < hat.mean.size(); ++r)
+                    take_friction(effects, logs[l].w_m_rad_s[k + r], angle[k + r], hat.mean[r], row);
+                row[n] = hat.mean_of(&shaft.torques[l][k]) + row[0] * learned.model.J_kgm2 +
+                         row.head(n).dot(of_friction);
+                sums[first + (k + shaft.half_window) * kParts / (rows + 1)].gram += row * row.transpose();
+                square += row[n] * row[n], hats += 1.0;
+            });
+    }
+    if (!(hats > 0.0)) return;
+    const Eigen::VectorXd more = warming_deviations(sums, of_friction, square / hats);
+    widen(learned, [&](const std::string& key, double, double sd) {
+        const auto found = std::find(names.begin(), names.end(), key);
+        return found == names.end() ? sd : std::hypot(sd, more[found - names.begin()]);
     });
 }
 
@@ -203,7 +231,7 @@ void widen_by_width(const std::vector<Log>& logs, const LearnOptions& options, L
 Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options)
 {
     Learned learned = learned_once(logs, options);
-    widen_by_quarters(logs, options, learned);
+    widen_by_warming(logs, options, learned);
     widen_by_width(logs, options, learned);
     return learned;
 }

@@ -6,7 +6,7 @@
 #include "ref/model/column_noise.hpp"
 #include "ref/model/lasting.hpp"
 #include "ref/model/open_circuit.hpp"
-#include "ref/trace/quarters.hpp"
+#include "ref/model/warming.hpp"
 
 namespace dqw {
 namespace {
@@ -42,6 +42,30 @@ Eigen::VectorXd seen_squares(const Model& model, const Point& at)
         for (Eigen::Index c = 0; c < square.size(); ++c) square[c] += sums[b].gram[static_cast<std::size_t>(c)](0, 0);
     }
     return rows > 0.0 ? Eigen::VectorXd(square / rows) : Eigen::VectorXd();
+}
+
+/// (E191), of the rows seen.
+Eigen::VectorXd warming_of(const Model& model, const Refined& refined)
+{
+    const Point& at = refined.point;
+    Eigen::VectorXd friction = Eigen::VectorXd::Zero(at.columns());
+    friction[1] = at.base[1];
+    Eigen::Index column = at.base.size() + at.gain.size();
+    for (const Term& t : at.terms) {
+        for (int w = 0; w < weights_of(t.input.law); ++w) friction[column + w] = t.weights[static_cast<std::size_t>(w)];
+        column += weights_of(t.input.law) + free_shapes_of(t.input);
+    }
+    std::vector<TimedSum> sums;
+    double square = 0.0, rows = 0.0;
+    for (std::size_t b = 0; b < refined.sums.size(); ++b) {
+        const FineBlock& fine = model.plan().blocks[b];
+        if (fine.heldout) continue;
+        const Eigen::MatrixXd& gram = refined.sums[b].gram[0];
+        const double middle = 0.5 * static_cast<double>(fine.begin + fine.end);
+        sums.push_back({middle / static_cast<double>(fine.piece->log->rows()) - 0.5, gram});
+        square += gram(gram.rows() - 1, gram.rows() - 1), rows += refined.sums[b].rows;
+    }
+    return warming_deviations(sums, friction, rows > 0.0 ? square / rows : 0.0);
 }
 
 }  // namespace
@@ -107,7 +131,7 @@ Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, co
     if (is_open_circuit(*setup.logs))
         return (sd.array().square() + open_circuit_deviations(model, refined.point).array().square()).sqrt();
     if (setup.regime == Regime::mechanical) {
-        Eigen::VectorXd wide = beside_quarters(model, refined, sd);
+        Eigen::VectorXd wide = (sd.array().square() + warming_of(model, refined).array().square()).sqrt();
         const Eigen::Vector2d lasting = lasting_deviations(setup.full->report(refined.point, 0));
         for (Eigen::Index j = 0; j < lasting.size(); ++j) wide[j] = std::hypot(wide[j], lasting[j]);
         return wide;

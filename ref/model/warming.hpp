@@ -1,0 +1,24 @@
+// What a friction that falls along a log, or rises, makes of a shaft's parameters.
+#ifndef DQW_REF_MODEL_WARMING_HPP
+#define DQW_REF_MODEL_WARMING_HPP
+
+#include <Eigen/Dense>
+#include <vector>
+
+namespace dqw {
+
+/// The sums of [J e] over a stretch of a log, e last, and when it was: from -1/2 at the log's begin to 1/2 at its end.
+struct TimedSum {
+    double when = 0.0;
+    Eigen::MatrixXd gram;
+};
+
+/// By how much each column may be off beside what white noise makes of it, where the whole friction may go along the log
+/// as grease does that warms. `friction`: each column's value where it is a friction's, B or a weight, else 0.
+/// `noise2`: mean square of e that is noise.
+///
+/// Source   (E191) in docs/EQUATIONS.md
+Eigen::VectorXd warming_deviations(const std::vector<TimedSum>& sums, const Eigen::VectorXd& friction, double noise2);
+
+}  // namespace dqw
+#endif
