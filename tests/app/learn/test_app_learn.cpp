@@ -230,7 +230,7 @@ void agrees_with_the_reference_on_measured_logs()
         const char* parameter;
         double percent;  // largest difference; beside it what was measured
     };
-    // Electrical ones at most 0.0016; friction 0.26, inertia 2.6.
+    // Electrical ones at most 0.0016; friction and inertia 0.08.
     const Case cases[] = {
         {"dq_grid_3000rpm.csv", "R_ohm", 0.01},
         {"dq_grid_3000rpm.csv", "Ld_H", 0.01},
@@ -243,20 +243,22 @@ void agrees_with_the_reference_on_measured_logs()
         {"motorcycle_laps_practice.csv", "Lq_H", 0.01},
         {"motorcycle_laps_practice.csv", "psi_Wb", 0.01},
         {"standstill_heating_20A.csv", "R_ohm", 0.01},
-        {"servo_friction_neg_0p045_1.csv", "B_Nms_rad", 0.6},
-        {"servo_friction_pos_0p06_1.csv", "B_Nms_rad", 0.6},
-        {"servo_friction_neg_0p045_2.csv", "J_kgm2", 5.0},
-        {"servo_friction_pos_0p06_3.csv", "J_kgm2", 5.0},
+        {"servo_friction_neg_0p045_1.csv", "B_Nms_rad", 0.3},
+        {"servo_friction_pos_0p06_1.csv", "B_Nms_rad", 0.3},
+        {"servo_friction_neg_0p045_2.csv", "J_kgm2", 0.5},
+        {"servo_friction_pos_0p06_3.csv", "J_kgm2", 0.5},
     };
     for (const Case& c : cases) {
         const auto log = dqw::read_log((data / c.file).string(), {});
-        const auto learned = dqw::learn({log});
+        const auto learned = dqw::learn_all({log}, {});
         const auto fitted = dqw::fit({log});
-        const auto* a = find(learned, c.parameter);
+        const auto* a = find(learned.result, c.parameter);
         const auto* b = find(fitted, c.parameter);
         const std::string where = std::string(c.file) + " " + c.parameter;
-        TEST_ASSERT_TRUE_MESSAGE(a && b, where.c_str());
-        const double off = 100 * (a->value / b->value - 1);
+        // Dry friction, which nobody names here, leaves a J that no deviation calls known.
+        const bool inertia = std::string(c.parameter) == "J_kgm2";
+        TEST_ASSERT_TRUE_MESSAGE(b && (a || inertia), where.c_str());
+        const double off = 100 * ((inertia ? learned.model.J_kgm2 : a->value) / b->value - 1);
         TEST_ASSERT_TRUE_MESSAGE(std::abs(off) <= c.percent, (where + ": " + std::to_string(off) + " %").c_str());
     }
 }
