@@ -79,7 +79,8 @@ Learned report(const std::vector<Log>& logs, const LearnOptions& options, const 
     result.notes.push_back("torque: " + shaft.source);
     const Asked asked{options.parameters, {"J_kgm2", "B_Nms_rad"}};
     if (asked("J_kgm2"))
-        put(result, "J_kgm2", J_kgm2, "the speed's changes do not tell it", "steps of torque that accelerate the machine");
+        put(result, "J_kgm2", J_kgm2, "the speed's changes do not tell it",
+            "steps of torque that accelerate the machine");
     if (asked("B_Nms_rad"))
         put(result, "B_Nms_rad", B_Nms_rad, "no torque that grows with speed stands out",
             "several speeds, held long enough, in both directions");
