@@ -7,6 +7,7 @@
 
 #include "ref/fit/fit.hpp"
 #include "ref/machine.hpp"
+#include "ref/trace/named.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -132,6 +133,13 @@ void servo(void)
     show("the six jointly", joint);
     TEST_ASSERT_EQUAL_size_t(120000, joint.rows);
     TEST_ASSERT_DOUBLE_WITHIN(0.4e-4, 2.29e-4, value(joint, "B_Nms_rad"));
+    // With what it lacks, beside the nameplate.
+    const dqw::Result named = dqw::fit_effects(logs, {"coulomb_friction", "direction_asymmetry"}, {}).result;
+    show("with its dry friction", named);
+    for (const auto& [name, nameplate] : {std::pair{"J_kgm2", 1.2e-4}, std::pair{"B_Nms_rad", 7.03e-5}}) {
+        TEST_ASSERT_DOUBLE_WITHIN(3.0 * sd(named, name), nameplate, value(named, name));
+        TEST_ASSERT_TRUE(sd(named, name) < 0.15 * nameplate);
+    }
 }
 
 }  // namespace
