@@ -14,6 +14,7 @@
 #include "dqw_effect.h"
 #include "ref/effect/effect.hpp"
 #include "ref/model/hat.hpp"
+#include "ref/model/lasting.hpp"
 #include "ref/model/warming.hpp"
 
 namespace dqw {
@@ -24,12 +25,15 @@ constexpr double kMostPart = 1.0 / 32.0;
 // Half a block may see this much of a cogging's own angle.
 constexpr double kHalfAngle_rad = 1.5;
 
-// The block's halves are those of a hat, whose slopes the speed's noise does not make. (E190)
-std::uint16_t half_window_of(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs, double w_m_rad_s)
+// The block's halves are those of a hat, whose slopes the speed's noise hardly makes. (E190)
+HatChoice hat_of(const std::vector<Log>& logs)
 {
     const std::vector<Piece> pieces = pieces_of(logs, 2);
-    const double dt_s = logs.front().dt_s;
-    double span_s = hat_half_s(pieces, kMostPart * static_cast<double>(rows_of(pieces)) * dt_s);
+    return choose_hat(pieces, kMostPart * static_cast<double>(rows_of(pieces)) * logs.front().dt_s);
+}
+
+std::uint16_t half_window_of(double dt_s, double span_s, const std::vector<TraceInput>& inputs, double w_m_rad_s)
+{
     int least = 10;
     for (const TraceInput& in : inputs)
         if (in.effect == "cogging_torque" && kHalfAngle_rad / (in.shape[0] * w_m_rad_s) < span_s) {
@@ -63,7 +67,9 @@ ShaftLogs shaft_logs(const std::vector<Log>& logs, const LearnOptions& options)
     }
     if (!(shaft.largest_torque_Nm > 1e-30)) shaft.largest_torque_Nm = 1.0;
     shaft.largest_w_rad_s = static_cast<double>(largest(logs, &Log::w_m_rad_s, &Log::w_m_rad_s));
-    shaft.half_window = half_window_of(logs, shaft.inputs, shaft.largest_w_rad_s);
+    const HatChoice hat = hat_of(logs);
+    shaft.hat_noise_part = hat.noise_part;
+    shaft.half_window = half_window_of(logs.front().dt_s, hat.half_s, shaft.inputs, shaft.largest_w_rad_s);
     return shaft;
 }
 
@@ -163,8 +169,9 @@ void take_friction(const std::vector<dqw_effect_config>& effects, double w_m_rad
     }
 }
 
-/// What a friction that falls along the logs makes of each value. (E191)
-void widen_by_warming(const std::vector<Log>& logs, const LearnOptions& options, Learned& learned)
+/// What a friction that falls along the logs makes of each value, what lasts in the torque that is left, and what noise
+/// is left in the slopes. (E190) to (E192)
+void widen_by_rest(const std::vector<Log>& logs, const LearnOptions& options, Learned& learned)
 {
     constexpr std::size_t kParts = 40;
     // What a trace shows the learners has a reference's deviations beside it.
@@ -181,13 +188,15 @@ void widen_by_warming(const std::vector<Log>& logs, const LearnOptions& options,
     const auto n = static_cast<Eigen::Index>(friction.size());
     const Eigen::Map<const Eigen::VectorXd> of_friction(friction.data(), n);
     std::vector<TimedSum> sums;
+    std::vector<Moved> stretches;
     double square = 0.0, hats = 0.0;
     for (std::size_t l = 0; l < logs.size(); ++l) {
         const std::vector<float> angle = shaft_angle_of(logs[l]);
-        const std::size_t first = sums.size(), rows = logs[l].rows();
+        const std::size_t first = sums.size();
         for (std::size_t part = 0; part < kParts; ++part)
-            sums.push_back({(static_cast<double>(part) + 0.5) / kParts - 0.5, Eigen::MatrixXd::Zero(n + 1, n + 1)});
-        for (const Piece& piece : pieces_of(logs[l], 2))
+            sums.push_back({static_cast<double>(part) / (kParts - 1) - 0.5, Eigen::MatrixXd::Zero(n + 1, n + 1)});
+        for (const Piece& piece : pieces_of(logs[l], 2)) {
+            bool follows = false;
             each_hat(piece, piece.begin, piece.end, shaft.half_window, [&](std::size_t k, const Hat& hat) {
                 Eigen::VectorXd row = Eigen::VectorXd::Zero(n + 1);
                 row[0] = -hat.slope_of(&logs[l].w_m_rad_s[k]);
@@ -195,12 +204,19 @@ void widen_by_warming(const std::vector<Log>& logs, const LearnOptions& options,
                     take_friction(effects, logs[l].w_m_rad_s[k + r], angle[k + r], hat.mean[r], row);
                 row[n] = hat.mean_of(&shaft.torques[l][k]) + row[0] * learned.model.J_kgm2 +
                          row.head(n).dot(of_friction);
-                sums[first + (k + shaft.half_window) * kParts / (rows + 1)].gram += row * row.transpose();
+                const double when = when_in(logs[l], k + shaft.half_window);
+                sums[first + static_cast<std::size_t>((when + 0.5) * (kParts - 1) + 0.5)].gram += row * row.transpose();
                 square += row[n] * row[n], hats += 1.0;
+                stretches.push_back({row[n], row[0], row[1], follows});
+                follows = true;
             });
+        }
     }
     if (!(hats > 0.0)) return;
-    const Eigen::VectorXd more = warming_deviations(sums, of_friction, square / hats);
+    Eigen::VectorXd more = warming_deviations(sums, of_friction, square / hats);
+    const Eigen::Vector2d lasting = lasting_deviations(stretches);
+    more[0] = std::hypot(more[0], lasting[0], shaft.hat_noise_part * learned.model.J_kgm2);
+    more[1] = std::hypot(more[1], lasting[1]);
     widen(learned, [&](const std::string& key, double, double sd) {
         const auto found = std::find(names.begin(), names.end(), key);
         return found == names.end() ? sd : std::hypot(sd, more[found - names.begin()]);
@@ -232,7 +248,7 @@ void widen_by_width(const std::vector<Log>& logs, const LearnOptions& options, L
 Learned learn_mechanical(const std::vector<Log>& logs, const LearnOptions& options)
 {
     Learned learned = learned_once(logs, options);
-    widen_by_warming(logs, options, learned);
+    widen_by_rest(logs, options, learned);
     widen_by_width(logs, options, learned);
     return learned;
 }

@@ -31,6 +31,7 @@ struct ShaftLogs {
     double largest_torque_Nm = 0.0;            ///< 1 where there is none: a base only must not divide by zero
     double largest_w_rad_s = 0.0;              ///< the same
     std::uint16_t half_window = 0;             ///< pairs
+    double hat_noise_part = 0.0;               ///< of the slopes' mean square, under hats as wide as a block
 };
 
 /// The shaft learners of lib/, SI outside.

@@ -8,6 +8,7 @@
 #include "ref/log/residual.hpp"
 #include "ref/model/averaged.hpp"
 #include "ref/model/blocks.hpp"
+#include "ref/model/hat.hpp"
 #include "ref/model/lasting.hpp"
 #include "ref/model/linear.hpp"
 #include "ref/model/mechanical.hpp"
@@ -19,6 +20,9 @@ namespace {
 constexpr std::size_t kLeastRows = 100;
 constexpr std::size_t kFirstRows = 40000, kFirstWindow = 4000;  ///< of the part a long log converges on first
 constexpr double kGains[] = {0.005, 0.3};
+constexpr double kMostHat_s = 2.0;  ///< above a shaft's own time constant slopes are no more than the speed's
+/// Of the reported residual: a right J leaves up to this much more than one that fits the noise of the blocks' ends.
+constexpr double kAlike = 1.05;
 
 /// K_t of torque_Nm = K_t i_q, from the logs that have both.
 void fit_torque_constant(const Task& task, Result& result)
@@ -109,13 +113,14 @@ void add_lasting(const Task& task, const std::vector<Piece>& pieces, const std::
 }
 
 /// Whether J or B of a prediction is beyond three deviations and a part of those of the means, (E190).
-bool is_off(const Eigen::VectorXd& predicted, const Covariance& means)
+bool is_off(const Eigen::VectorXd& predicted, const Covariance& means, double noise_part)
 {
     constexpr double kFar = 3.0, kOwnErrors = 0.01;
     for (Eigen::Index j : {kJ, kB}) {
         const Assessment& a = means.each[static_cast<std::size_t>(j)];
         if (a.verdict == Verdict::determined &&
-            std::abs(predicted[j] - a.value) > kFar * a.sd + kOwnErrors * std::abs(a.value))
+            std::abs(predicted[j] - a.value) >
+                kFar * a.sd + (kOwnErrors + (j == kJ ? noise_part : 0.0)) * std::abs(a.value))
             return true;
     }
     return false;
@@ -127,7 +132,8 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces,
                       const std::vector<std::vector<double>>& torque, const Eigen::VectorXd& predicted,
                       double torque_constant_Nm_A, Result& result)
 {
-    const auto model = averaged_mechanical(pieces, torque_of_pieces(task, pieces, torque));
+    const HatChoice hat = choose_hat(pieces, kMostHat_s);
+    const auto model = averaged_mechanical(pieces, torque_of_pieces(task, pieces, torque), hat.half_s);
     if (model->rows() < 10) return false;
     SolveOptions options;
     options.tick = task.tick;
@@ -137,12 +143,15 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces,
     Result averaged;
     averaged.notes = result.notes;
     report_residual(task.logs, plain_model(s.theta, torque_constant_Nm_A), averaged);
-    if (!clearly_better(*model, averaged.residual_rms, result.residual_rms) && !is_off(predicted, covariance))
-        return false;
+    const bool off = is_off(predicted, covariance, hat.noise_part) &&
+                     averaged.residual_rms < kAlike * result.residual_rms;
+    if (!clearly_better(*model, averaged.residual_rms, result.residual_rms) && !off) return false;
     result = averaged;
+    Assessment& inertia = covariance.each[kJ];
+    inertia.sd = std::hypot(inertia.sd, hat.noise_part * inertia.value);
     add_lasting(task, pieces, torque, s.theta, covariance);
     publish(task, model->names(), covariance, result);
-    result.notes.push_back("prediction does not hold of the torque's means; fitted to torque averaged over blocks");
+    result.notes.push_back("prediction does not hold of the torque's means; fitted to these");
     note_robust(covariance, result);
     return true;
 }

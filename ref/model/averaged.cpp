@@ -6,8 +6,6 @@
 namespace dqw {
 namespace {
 
-constexpr double kMostHat_s = 2.0;  ///< above a shaft's own time constant slopes are no more than the speed's
-
 std::size_t rows_in_block(const Piece& piece) { return block_rows(*piece.log); }
 
 }  // namespace
@@ -46,9 +44,8 @@ std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& piece
 }
 
 std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
-                                                 const std::vector<const std::vector<double>*>& torque)
+                                                 const std::vector<const std::vector<double>*>& torque, double half_s)
 {
-    const double half_s = hat_half_s(pieces, kMostHat_s);
     const auto source = [pieces, torque, half_s](const auto& visit) {
         for (std::size_t i = 0; i < pieces.size(); ++i) {
             const Piece& piece = pieces[i];

@@ -19,9 +19,10 @@ namespace dqw {
 std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& pieces, double pole_pairs, double noise_d_A,
                                                  double noise_q_A);
 
-/// Parameters J, B; one channel, the torque under hats, (E190). `torque[i]` belongs to pieces[i].
+/// Parameters J, B; one channel, the torque under hats whose halves last `half_s`, (E190). `torque[i]` belongs to
+/// pieces[i].
 std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
-                                                 const std::vector<const std::vector<double>*>& torque);
+                                                 const std::vector<const std::vector<double>*>& torque, double half_s);
 
 /// Whether the averaged fit, with this reported residual (RMS), is clearly better than prediction with that: by more
 /// than

@@ -11,10 +11,13 @@ namespace {
 /// Of the slopes' mean square: J is too small by as much.
 constexpr double kNoisePart = 0.002;
 constexpr double kShortest_s = 25e-3;
-/// Under hats twice as long an eighth of white noise is left; where more than this is, it is motion.
-constexpr double kStill = 0.5;
-/// Of a normal of variance one; squares of (1 -4 6 -4 1) over those of (1 -1): 70/2.
-constexpr double kMedianOfSquare = 0.4549, kBend = 35.0;
+/// Under hats twice as long: twice of what white noise leaves, an eighth of itself in hats of many rows; and most of
+/// what is slow.
+constexpr double kNoiseLeft = 2.0, kMotionLeft = 0.8;
+constexpr double kMostlyNoise = 0.1;  ///< of slopes: beside more, what is motion hangs on the noise's own scatter
+constexpr std::size_t kFewest = 10;   ///< bends, of which a median is known to a half
+/// Of a normal of variance one; squares of (1 -4 6 -4 1).
+constexpr double kMedianOfSquare = 0.4549, kRowBend = 70.0;
 
 double median(std::vector<double>& x)
 {
@@ -31,32 +34,55 @@ double dot(const std::vector<double>& weights, const double* x)
     return sum;
 }
 
+/// What third differences of slopes n rows apart make of white noise, over what the slopes do: 35 of long hats, which
+/// share no more than an end.
+double bend_of_white(const Hat& hat, std::size_t n)
+{
+    constexpr double kThird[] = {1.0, -3.0, 3.0, -1.0};
+    std::vector<double> weights(hat.slope.size() + 3 * n, 0.0);
+    for (std::size_t d = 0; d < 4; ++d)
+        for (std::size_t r = 0; r < hat.slope.size(); ++r) weights[r + d * n] += kThird[d] * hat.slope[r];
+    return dot(weights, weights.data()) / hat.slope_square();
+}
+
 struct Slopes {
     double noise = 0.0, square = 0.0;  ///< (rad/s^2)^2
-    double part() const { return square > 0.0 ? noise / square : 0.0; }
+    std::size_t bends = 0;
+    double of_row = 0.0;  ///< variance of a slope over that of a row's white noise, 1/s^2
+    double part() const { return square > 0.0 ? std::min(noise / square, 1.0) : 0.0; }
+    double motion() const { return square * (1.0 - part()); }
 };
 
 /// The slopes' mean square and what of it is noise: third differences of slopes one after the other, which what is slow
-/// hardly has. 0 where there are too few to say.
+/// hardly has, or what the noise of single rows makes of them if it is white, where that is less: a fast motion is none
+/// of theirs, coarse angles are none of the former's. 0 where there are too few to say.
 Slopes slopes_of(const std::vector<Piece>& pieces, double half_s)
 {
-    std::vector<double> bends;
-    double square = 0.0;
+    std::vector<double> bends, rows;
+    double square = 0.0, of_rows = 0.0, of_bends = 0.0;
     std::size_t hats = 0;
     for (const Piece& piece : pieces) {
+        const double* w = piece.log->w_m_rad_s.data();
+        for (std::size_t k = piece.begin; k + 4 < piece.end; ++k) {
+            const double bend = w[k] - 4.0 * w[k + 1] + 6.0 * w[k + 2] - 4.0 * w[k + 3] + w[k + 4];
+            rows.push_back(bend * bend);
+        }
         double last[3] = {};
         std::size_t held = 0;
-        each_hat(piece, piece.begin, piece.end, hat_rows(*piece.log, half_s), [&](std::size_t k, const Hat& hat) {
+        const std::size_t half = hat_rows(*piece.log, half_s);
+        each_hat(piece, piece.begin, piece.end, half, [&](std::size_t k, const Hat& hat) {
+            if (held == 0) of_bends = std::max(of_bends, bend_of_white(hat, half));
             const double slope = hat.slope_of(&piece.log->w_m_rad_s[k]),
                          bend = slope - 3.0 * last[0] + 3.0 * last[1] - last[2];
-            square += slope * slope, ++hats;
+            square += slope * slope, of_rows += hat.slope_square(), ++hats;
             if (held++ >= 3) bends.push_back(bend * bend);
             last[2] = last[1], last[1] = last[0], last[0] = slope;
         });
     }
-    constexpr std::size_t kFewest = 10;
-    if (bends.size() < kFewest) return {};
-    return {median(bends) / (kBend * kMedianOfSquare), square / static_cast<double>(hats)};
+    const std::size_t count = bends.size();
+    if (count < kFewest) return {};
+    const double n = static_cast<double>(hats), white = median(rows) / (kRowBend * kMedianOfSquare) * of_rows / n;
+    return {std::min(white, median(bends) / (of_bends * kMedianOfSquare)), square / n, count, of_rows / n};
 }
 
 }  // namespace
@@ -79,21 +105,28 @@ double Hat::mean_of(const double* x) const { return dot(mean, x); }
 
 double Hat::slope_of(const double* x) const { return dot(slope, x); }
 
+double Hat::slope_square() const { return dot(slope, slope.data()); }
+
 std::size_t hat_rows(const Log& log, double half_s)
 {
     return log.dt_s > 0.0 ? static_cast<std::size_t>(std::max(1.0, std::ceil(half_s / log.dt_s - 1e-6))) : 1;
 }
 
-double hat_half_s(const std::vector<Piece>& pieces, double most_s)
+HatChoice choose_hat(const std::vector<Piece>& pieces, double most_s)
 {
-    double half_s = kShortest_s;
+    double period_s = 0.0;
+    for (const Piece& piece : pieces) period_s = std::max(period_s, piece.log->dt_s);
+    double half_s = std::max(kShortest_s, period_s);
     Slopes slopes = slopes_of(pieces, half_s);
     while (slopes.part() > kNoisePart && 2.0 * half_s <= most_s) {
         const Slopes next = slopes_of(pieces, 2.0 * half_s);
-        if (next.noise > kStill * slopes.noise) break;
+        const bool tells_motion = slopes.part() < kMostlyNoise;
+        if (next.bends < kFewest || next.noise > kNoiseLeft * next.of_row / slopes.of_row * slopes.noise ||
+            (tells_motion && next.motion() < kMotionLeft * slopes.motion()))
+            break;
         half_s *= 2.0, slopes = next;
     }
-    return half_s;
+    return {half_s, slopes.part()};
 }
 
 }  // namespace dqw

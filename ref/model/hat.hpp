@@ -18,6 +18,7 @@ struct Hat {
     /// Of a column from row k on.
     double mean_of(const double* x) const;
     double slope_of(const double* x) const;
+    double slope_square() const;  ///< the slope's variance over that of a row's white noise
 };
 
 /// Rows of half a hat that lasts `half_s`.
@@ -35,9 +36,14 @@ void each_hat(const Piece& piece, std::size_t begin, std::size_t end, std::size_
     }
 }
 
+struct HatChoice {
+    double half_s = 0.0;
+    double noise_part = 0.0;  ///< of the slopes' mean square: J is too small by as much
+};
+
 /// The shortest half of a hat, of 25 ms and its doubles up to `most_s`, under which the speed's noise makes next to
-/// nothing of the slopes.
-double hat_half_s(const std::vector<Piece>& pieces, double most_s);
+/// nothing of the slopes; shorter where what longer ones lose is motion, or too few of them would be left to say.
+HatChoice choose_hat(const std::vector<Piece>& pieces, double most_s);
 
 }  // namespace dqw
 #endif

@@ -9,8 +9,16 @@
 
 namespace dqw {
 
-/// Of J and B: what of the blocks' residual torque lasts over two blocks, beyond what noise does by chance, over the
-/// torque that a unit of each takes, RMS. `blocks`: of MechanicalModel::report(), in order. (E192)
+/// Means over a stretch of a log; `follows`: right after the one before it.
+struct Moved {
+    double left_Nm = 0.0, slope_rad_s2 = 0.0, w_rad_s = 0.0;
+    bool follows = false;
+};
+
+/// Of J and B: what of the torque that is left lasts over two stretches, or turns its sign with each, beyond what noise
+/// does by chance, over the torque that a unit of each takes, RMS. (E192)
+Eigen::Vector2d lasting_deviations(const std::vector<Moved>& stretches);
+/// Of blocks of MechanicalModel::report(), in order.
 Eigen::Vector2d lasting_deviations(const std::vector<ReportBlock>& blocks);
 
 }  // namespace dqw

@@ -17,6 +17,12 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& m)
 
 }  // namespace
 
+double when_in(const Log& log, std::size_t row)
+{
+    const double span_s = log.t_s.back() - log.t_s.front();
+    return span_s > 0.0 ? (log.t_s[row] - log.t_s.front()) / span_s - 0.5 : 0.0;
+}
+
 Eigen::VectorXd warming_deviations(const std::vector<TimedSum>& sums, const Eigen::VectorXd& friction, double noise2)
 {
     const Eigen::Index n = friction.size();

@@ -5,6 +5,8 @@
 #include <Eigen/Dense>
 #include <vector>
 
+#include "ref/log/log.hpp"
+
 namespace dqw {
 
 /// The sums of [J e] over a stretch of a log, e last, and when it was: from -1/2 at the log's begin to 1/2 at its end.
@@ -12,6 +14,9 @@ struct TimedSum {
     double when = 0.0;
     Eigen::MatrixXd gram;
 };
+
+/// Where a row of a log is in its time, as TimedSum has it.
+double when_in(const Log& log, std::size_t row);
 
 /// By how much each column may be off beside what white noise makes of it, where the whole friction may go along the log
 /// as grease does that warms. `friction`: each column's value where it is a friction's, B or a weight, else 0.

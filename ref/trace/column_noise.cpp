@@ -61,8 +61,7 @@ Eigen::VectorXd warming_of(const Model& model, const Refined& refined)
         const FineBlock& fine = model.plan().blocks[b];
         if (fine.heldout) continue;
         const Eigen::MatrixXd& gram = refined.sums[b].gram[0];
-        const double middle = 0.5 * static_cast<double>(fine.begin + fine.end);
-        sums.push_back({middle / static_cast<double>(fine.piece->log->rows()) - 0.5, gram});
+        sums.push_back({when_in(*fine.piece->log, (fine.begin + fine.end) / 2), gram});
         square += gram(gram.rows() - 1, gram.rows() - 1), rows += refined.sums[b].rows;
     }
     return warming_deviations(sums, friction, rows > 0.0 ? square / rows : 0.0);
@@ -134,6 +133,7 @@ Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, co
         Eigen::VectorXd wide = (sd.array().square() + warming_of(model, refined).array().square()).sqrt();
         const Eigen::Vector2d lasting = lasting_deviations(setup.full->report(refined.point, 0));
         for (Eigen::Index j = 0; j < lasting.size(); ++j) wide[j] = std::hypot(wide[j], lasting[j]);
+        if (model.gains() == 0) wide[0] = std::hypot(wide[0], setup.hat_noise_part * refined.point.base[0]);
         return wide;
     }
     if (setup.regime != Regime::dynamic) return sd;

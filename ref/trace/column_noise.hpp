@@ -14,7 +14,7 @@ Refined without_column_noise(const TraceSetup& setup, const Model& model, const 
 /// beside the plain model's; below 0 where they average it away. 0 where that cannot be had.
 double nats_to_law_noise(const TraceSetup& setup, const Refined& refined);
 
-/// Deviations of a point's columns with what the model's own error may hide, (E111), (E191).
+/// Deviations of a point's columns with what the model's own error may hide, (E111), (E190) to (E192).
 Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, const Refined& refined);
 
 }  // namespace dqw

@@ -52,7 +52,7 @@ Fitted fitted(const std::vector<Log>& logs, const Names& effects, const std::fun
     if (predicted.setup->regime != Regime::mechanical) return predicted;
     Fitted averaged = fitted(logs, effects, true, tick);
     if (predicts_means(*averaged.setup, averaged.refined, predicted.refined.point)) return predicted;
-    averaged.setup->notes.push_back("prediction leaves more; fitted to torque averaged over blocks");
+    averaged.setup->notes.push_back("prediction does not hold of the torque's means; fitted to these");
     return averaged;
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 /// Rows of a chunk; a wild stretch spoils no more of them. Of 20 a mean square scatters by a third. (E48)
 constexpr std::size_t kChunk = 200, kLeastChunk = 20;
-/// Of a shaft's block, twice those of the slowest filter's mean.
+/// Of a shaft's block: a tenth of them is two.
 constexpr double kShaftRows = 20.0;
 
 double median(std::vector<double> x)
@@ -25,46 +25,60 @@ double median(std::vector<double> x)
     return x[x.size() / 2];
 }
 
-/// Mean squares of filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five and over ten
-/// rows, around a tenth and a twentieth of the sampling rate. Medians over chunks, so that a few wild stretches do not
-/// count.
+/// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows,
+/// around a tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.
 struct HighBand {
-    double top = 0.0, fifth = 0.0, tenth = 0.0;
+    double top = 0.0, fifth = 0.0;
+    static constexpr std::size_t kFive = 5, kReach = 3 * kFive;
     static constexpr double kTopOfWhite = 1 + 16 + 36 + 16 + 1, kMeansOfWhite = 1 + 4 + 1;  ///< squares of the filters
 };
 
-double bend_of_means(const std::vector<double>& x, std::size_t r, std::size_t rows)
-{
-    double sum = 0.0;
-    for (std::size_t n = r; n < r + rows; ++n) sum += x[n] - 2.0 * x[n + rows] + x[n + 2 * rows];
-    return sum / static_cast<double>(rows);
-}
-
 HighBand high_band(const std::vector<double>& x, const std::vector<std::size_t>& starts)
 {
-    constexpr std::size_t kFive = 5, kTen = 10;
-    std::vector<double> top, fifth, tenth;
-    const auto mean_of = [](double sum, double of_white, std::size_t begin, std::size_t stop) {
-        return sum / of_white / static_cast<double>(stop - begin);
-    };
+    std::vector<double> top, fifth;
     for (std::size_t s = 0; s < starts.size(); ++s) {
         const std::size_t begin = starts[s], end = s + 1 < starts.size() ? starts[s + 1] : x.size();
-        for (std::size_t k = begin; k + 3 * kFive < end; k += kChunk) {
-            const std::size_t stop = std::min(k + kChunk, end - 3 * kFive),
-                              wide = std::min(stop, end - std::min(end, 3 * kTen));
+        for (std::size_t k = begin; k + HighBand::kReach < end; k += kChunk) {
+            const std::size_t stop = std::min(k + kChunk, end - HighBand::kReach);
             if (stop < k + kLeastChunk) break;
-            double a = 0.0, b = 0.0, c = 0.0;
+            double a = 0.0, b = 0.0;
             for (std::size_t r = k; r < stop; ++r) {
-                const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4],
-                             z = bend_of_means(x, r, kFive), v = r < wide ? bend_of_means(x, r, kTen) : 0.0;
-                a += y * y, b += z * z, c += v * v;
+                const double y = x[r] - 4.0 * x[r + 1] + 6.0 * x[r + 2] - 4.0 * x[r + 3] + x[r + 4];
+                double z = 0.0;
+                for (std::size_t n = r; n < r + HighBand::kFive; ++n)
+                    z += 0.2 * (x[n] - 2.0 * x[n + HighBand::kFive] + x[n + 2 * HighBand::kFive]);
+                a += y * y, b += z * z;
             }
-            top.push_back(mean_of(a, HighBand::kTopOfWhite, k, stop));
-            fifth.push_back(mean_of(b, HighBand::kMeansOfWhite, k, stop));
-            if (wide >= k + kLeastChunk) tenth.push_back(mean_of(c, HighBand::kMeansOfWhite, k, wide));
+            top.push_back(a / HighBand::kTopOfWhite / static_cast<double>(stop - k)),
+                fifth.push_back(b / HighBand::kMeansOfWhite / static_cast<double>(stop - k));
         }
     }
-    return {median(top), median(fifth), median(tenth)};
+    return {median(top), median(fifth)};
+}
+
+/// Mean square of second differences of means over `rows` rows, over that of the filter: a median over chunks of 40 of
+/// them; 0 where there are none.
+double band_of_means(const std::vector<double>& x, const std::vector<std::size_t>& starts, std::size_t rows)
+{
+    constexpr std::size_t kMeans = 40, kLeastMeans = 4;
+    std::vector<double> sum(x.size() + 1, 0.0), chunks;
+    for (std::size_t k = 0; k < x.size(); ++k) sum[k + 1] = sum[k] + x[k];
+    const double share = 1.0 / static_cast<double>(rows);
+    for (std::size_t s = 0; s < starts.size(); ++s) {
+        const std::size_t begin = starts[s], end = s + 1 < starts.size() ? starts[s + 1] : x.size();
+        for (std::size_t k = begin; k + 3 * rows < end; k += kMeans * rows) {
+            const std::size_t stop = std::min(k + kMeans * rows, end - 3 * rows);
+            if (stop < k + kLeastMeans * rows) break;
+            double square = 0.0;
+            for (std::size_t r = k; r < stop; ++r) {
+                const double z = share * (sum[r + rows] - sum[r] - 2.0 * (sum[r + 2 * rows] - sum[r + rows]) +
+                                          sum[r + 3 * rows] - sum[r + 2 * rows]);
+                square += z * z;
+            }
+            chunks.push_back(square / HighBand::kMeansOfWhite / static_cast<double>(stop - k));
+        }
+    }
+    return median(chunks);
 }
 
 /// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S,
@@ -80,13 +94,17 @@ double block_variance(HighBand seen, double speed, double rows, double damped)
 }
 
 /// Of a shaft: white noise S of the torque, and what the speed's sensor makes of its slope, a difference of white noise
-/// or, where the speed is itself a difference of angles, one of second order. At these bands both are one, D:
-/// fifth = 0.133 D + 0.2 S, tenth = 0.033 D + 0.1 S (20/25/6, 6/5/6; 20/100/6, 6/10/6).
-double shaft_block_variance(const HighBand& seen, double rows, double damped)
+/// or, where the speed is itself a difference of angles, one of second order. Both are one, D, to means of m = n/10 rows
+/// and of twice as many: 3.3 D/m^2 + S/m and 0.83 D/m^2 + 0.5 S/m (20/6, 20/24).
+double shaft_block_variance(const std::vector<double>& x, const std::vector<std::size_t>& starts, double rows,
+                            double damped)
 {
-    double white = 20.0 * seen.tenth - 5.0 * seen.fifth, differenced = 15.0 * (seen.fifth - 2.0 * seen.tenth);
-    if (differenced < 0.0) differenced = 0.0, white = 10.0 * seen.tenth;
-    if (white < 0.0) white = 0.0, differenced = 30.0 * seen.tenth;
+    const auto few = static_cast<std::size_t>(rows / 10.0);
+    const double m = static_cast<double>(few), one = band_of_means(x, starts, few),
+                 two = band_of_means(x, starts, 2 * few);
+    double white = m * (4.0 * two - one), differenced = 0.6 * m * m * (one - 2.0 * two);
+    if (differenced < 0.0) differenced = 0.0, white = 2.0 * m * two;
+    if (white < 0.0) white = 0.0, differenced = 1.2 * m * m * two;
     return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + white / rows;
 }
 
@@ -158,9 +176,11 @@ double moving_floor(const TraceSetup& setup, const Point& at, const Singles& s)
         // The other axis' current, of about the same noise, comes in by the turning.
         const double across = channels == 2 ? at.base[2 - c] / inertia : 0.0;
         const double damped = std::sqrt(std::pow(drag * s.dt_s / inertia, 2) + across * across * s.turned);
-        const HighBand seen = high_band(s.residual[c], s.starts);
-        sum += channels == 1 && rows >= kShaftRows && seen.tenth > 0.0 ? shaft_block_variance(seen, rows, damped)
-                                                                       : block_variance(seen, w, rows, damped);
+        double variance = channels == 1 && rows >= kShaftRows
+                              ? shaft_block_variance(s.residual[c], s.starts, rows, damped)
+                              : 0.0;
+        if (!(variance > 0.0)) variance = block_variance(high_band(s.residual[c], s.starts), w, rows, damped);
+        sum += variance;
     }
     return std::sqrt(sum / channels);
 }

@@ -6,9 +6,10 @@
 
 namespace dqw {
 
-/// A prediction takes the speed's noise for what it may not be, or looks at what is fast alone. Whether its J and B are
-/// those that its own effects have of the means, within three deviations, and the averaged model's fit, `averaged`,
-/// leaves no less of the means of rows held out. (E190)
+/// A prediction takes the speed's noise for what it may not be, or looks at what is fast alone. Whether it stands beside
+/// the averaged model's fit, `averaged`: where that leaves clearly more of the reported residual; or J and B are those
+/// that the prediction's own effects have of the means, within three deviations, and no other effects leave less of the
+/// means of rows held out. (E190)
 bool predicts_means(const TraceSetup& setup, const Refined& averaged, const Point& predicted);
 
 }  // namespace dqw

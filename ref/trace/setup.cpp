@@ -235,6 +235,14 @@ void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
     }
 }
 
+/// Whether some rows are seen and some are held out.
+bool has_both(const Plan& plan)
+{
+    const auto held = std::count_if(plan.blocks.begin(), plan.blocks.end(),
+                                    [](const FineBlock& b) { return b.heldout; });
+    return held > 0 && held < static_cast<std::ptrdiff_t>(plan.blocks.size());
+}
+
 void mechanical_setup(TraceSetup& setup, bool averaged)
 {
     const std::vector<Log>& logs = *setup.logs;
@@ -261,7 +269,8 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     double half_s = 0.0;
     if (averaged) {
         const double rows = static_cast<double>(rows_of(pieces)), dt_s = logs.front().dt_s;
-        half_s = hat_half_s(pieces, rows * dt_s / static_cast<double>(kHatsInStretch * kFewestStretches));
+        const HatChoice hat = choose_hat(pieces, rows * dt_s / static_cast<double>(kHatsInStretch * kFewestStretches));
+        half_s = hat.half_s, setup.hat_noise_part = hat.noise_part;
         const std::size_t half = hat_rows(logs.front(), half_s), most = rows_of(pieces) / (kHatsInStretch * half);
         stretches = std::clamp(most, std::min(kFewestStretches, stretches), stretches);
         fine = std::clamp(rows_of(pieces) / stretches / (kHatsInBlock * half), std::size_t{1}, kFine / 2);
@@ -269,10 +278,14 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
     setup.full = std::make_unique<MechanicalModel>(logs, setup.torque, setup.angle,
                                                    alternate_plan(pieces, stretches, fine, kGuard), half_s);
     const std::vector<Piece> windows = spread_sample(pieces, 2 * kSearchRows, 2 * kSearchWindow);
-    if (rows_of(windows) < rows_of(pieces) && !averaged)
+    const bool holds_hats = half_s == 0.0 || kHatsInStretch * hat_rows(logs.front(), half_s) < 2 * kSearchWindow;
+    if (rows_of(windows) < rows_of(pieces) && holds_hats)
         setup.part = std::make_unique<MechanicalModel>(
             logs, setup.torque, setup.angle,
-            alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), kFine, kGuard));
+            alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), fine, kGuard), half_s);
+    for (const Model* model : {setup.full.get(), setup.part.get()})
+        if (model != nullptr && !has_both(model->plan()))
+            throw std::invalid_argument(logs.front().path + ": pieces without a gap are too short to hold some out");
     std::vector<const std::vector<double>*> of_piece;
     for (const Piece& piece : pieces)
         of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);

@@ -32,6 +32,7 @@ struct TraceSetup {
     std::vector<Point> starts;
     std::vector<Candidate> candidates;
     std::vector<TraceRejected> untestable;
+    double hat_noise_part = 0.0;  ///< of a mechanical log's slopes under hats
     std::vector<std::string> notes;
 
     const Model& search() const { return part ? *part : *full; }

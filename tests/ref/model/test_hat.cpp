@@ -63,34 +63,59 @@ void each_from_the_middle_of_the_last()
     dqw::each_hat(even, 5, 25, 10, [&](std::size_t, const Hat&) { TEST_FAIL_MESSAGE("a hat beyond the end"); });
 }
 
-double half_of(double noise_rad_s, double coarse_rad)
+struct Motion {
+    double hertz = 1.0, noise_rad_s = 0.0, coarse_rad = 0.0;
+};
+
+/// To and fro at 100 rad/s for 20 s; a speed of angles in coarse steps is a difference of them.
+dqw::HatChoice chosen(const Motion& m, double dt_s = 1e-3)
 {
-    // 1 Hz to and fro at 100 rad/s for 20 s; a speed of angles in coarse steps is a difference of them.
-    Log log = timed({0.0, 1e-3});
+    Log log = timed({0.0, dt_s});
     log.t_s.clear();
     std::mt19937_64 random(7);
     std::normal_distribution<double> draw(0.0, 1.0);
-    const double turns = 2.0 * M_PI;
+    const double w_e = 2.0 * M_PI * m.hertz;
     double last = 0.0;
-    for (int k = 0; k < 20000; ++k) {
-        const double t = 1e-3 * k;
-        double w = 100.0 * std::sin(turns * t);
-        if (coarse_rad > 0.0) {
-            const double angle = coarse_rad * std::floor(100.0 / turns * (1.0 - std::cos(turns * t)) / coarse_rad);
-            w = (angle - last) / 1e-3, last = angle;
+    for (int k = 0; k < 20.0 / dt_s; ++k) {
+        const double t = dt_s * k;
+        double w = 100.0 * std::sin(w_e * t);
+        if (m.coarse_rad > 0.0) {
+            const double angle = m.coarse_rad * std::floor(100.0 / w_e * (1.0 - std::cos(w_e * t)) / m.coarse_rad);
+            w = (angle - last) / dt_s, last = angle;
         }
-        log.t_s.push_back(t), log.w_m_rad_s.push_back(w + noise_rad_s * draw(random));
+        log.t_s.push_back(t), log.w_m_rad_s.push_back(w + m.noise_rad_s * draw(random));
     }
-    return dqw::hat_half_s(dqw::pieces_of(log, 2), 1.0);
+    return dqw::choose_hat(dqw::pieces_of(log, 2), 1.0);
 }
 
-/// White noise of 10 rad/s has 2 (10/0.025)^2/25 of the slopes' 628^2/2 at 25 ms, 6.5 %; an eighth at each doubling, so
-/// 0.8 % at 50 and 0.1 % at 100 ms. A fast motion is no noise, and coarse angles leave next to none.
+/// White noise of 10 rad/s has 2 (10/0.025)^2/25 of the slopes' (2 pi f 100)^2/2 at 25 ms, 6.5 % at 1 Hz; an eighth at
+/// each doubling: 0.8 % at 50 ms, 0.1 % at 100 ms. Coarse angles leave next to none.
 void as_long_as_noise_asks()
 {
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 25e-3, half_of(0.0, 0.0));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 25e-3, half_of(0.0, 6e-4));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 100e-3, half_of(10.0, 0.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 25e-3, chosen({1.0, 0.0, 0.0}).half_s);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 25e-3, chosen({1.0, 0.0, 6e-4}).half_s);
+    const dqw::HatChoice noisy = chosen({1.0, 10.0, 0.0});
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 100e-3, noisy.half_s);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, 1e-3, noisy.noise_part);
+}
+
+/// A longer hat would lose a motion of 10 Hz: 25 ms stay, and the noise that is left is told, 2 (10/0.025)^2/25 of
+/// (2 pi 1000)^2/2 less what the hat itself takes, (sin x/x)^4 at x = 0.25 pi: 0.1 %.
+void no_longer_than_motion_allows()
+{
+    const dqw::HatChoice fast = chosen({10.0, 0.0, 0.0}), noisy = chosen({10.0, 20.0, 0.0});
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 25e-3, fast.half_s);
+    TEST_ASSERT_TRUE(fast.noise_part < 1e-3);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 25e-3, noisy.half_s);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 4.0 * 25600.0 / 2.0 / (1.97e7 * 0.656), noisy.noise_part);
+}
+
+/// At 10 Hz the shortest hat is one row, and the next two: an eighth of the noise is left in these as well.
+void rows_that_are_rare()
+{
+    const dqw::HatChoice quiet = chosen({0.02, 0.0, 0.0}, 0.1), noisy = chosen({0.02, 1.0, 0.0}, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.1, quiet.half_s);
+    TEST_ASSERT_TRUE(noisy.half_s >= 0.4 && noisy.noise_part < 0.02);
 }
 
 }  // namespace
@@ -101,5 +126,7 @@ int main()
     RUN_TEST(means_and_slopes);
     RUN_TEST(each_from_the_middle_of_the_last);
     RUN_TEST(as_long_as_noise_asks);
+    RUN_TEST(no_longer_than_motion_allows);
+    RUN_TEST(rows_that_are_rare);
     return UNITY_END();
 }
