@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -159,7 +158,7 @@ template <class More> void widen(Learned& learned, const More& more)
 void take_friction(const std::vector<dqw_effect_config>& effects, double w_m_rad_s, float angle_rad, double part,
                    Eigen::VectorXd& columns)
 {
-    float x[DQW_EFFECT_WEIGHTS];
+    float x[DQW_EFFECT_STARTS];
     Eigen::Index column = 1;
     columns[column++] -= part * w_m_rad_s;
     for (const dqw_effect_config& effect : effects) {

@@ -21,8 +21,6 @@ constexpr std::size_t kLeastRows = 100;
 constexpr std::size_t kFirstRows = 40000, kFirstWindow = 4000;  ///< of the part a long log converges on first
 constexpr double kGains[] = {0.005, 0.3};
 constexpr double kMostHat_s = 2.0;  ///< above a shaft's own time constant slopes are no more than the speed's
-/// Of the reported residual: a right J leaves up to this much more than one that fits the noise of the blocks' ends.
-constexpr double kAlike = 1.05;
 
 /// K_t of torque_Nm = K_t i_q, from the logs that have both.
 void fit_torque_constant(const Task& task, Result& result)
@@ -112,20 +110,6 @@ void add_lasting(const Task& task, const std::vector<Piece>& pieces, const std::
     }
 }
 
-/// Whether J or B of a prediction is beyond three deviations and a part of those of the means, (E190).
-bool is_off(const Eigen::VectorXd& predicted, const Covariance& means, double noise_part)
-{
-    constexpr double kFar = 3.0, kOwnErrors = 0.01;
-    for (Eigen::Index j : {kJ, kB}) {
-        const Assessment& a = means.each[static_cast<std::size_t>(j)];
-        if (a.verdict == Verdict::determined &&
-            std::abs(predicted[j] - a.value) >
-                kFar * a.sd + (kOwnErrors + (j == kJ ? noise_part : 0.0)) * std::abs(a.value))
-            return true;
-    }
-    return false;
-}
-
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less, or J and B of
 /// the prediction are none of the means'.
 bool publish_averaged(const Task& task, const std::vector<Piece>& pieces,
@@ -143,7 +127,11 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces,
     Result averaged;
     averaged.notes = result.notes;
     report_residual(task.logs, plain_model(s.theta, torque_constant_Nm_A), averaged);
-    const bool off = is_off(predicted, covariance, hat.noise_part) &&
+    const auto sd = [&](Index j) {
+        const Assessment& a = covariance.each[static_cast<std::size_t>(j)];
+        return a.verdict == Verdict::determined ? a.sd : HUGE_VAL;
+    };
+    const bool off = is_off(predicted.head(2), s.theta, Eigen::Vector2d(sd(kJ), sd(kB)), hat.noise_part) &&
                      averaged.residual_rms < kAlike * result.residual_rms;
     if (!clearly_better(*model, averaged.residual_rms, result.residual_rms) && !off) return false;
     result = averaged;

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "ref/log/median.hpp"
+
 namespace dqw {
 namespace {
 
@@ -129,14 +131,6 @@ private:
     PolledVector own_ = PolledVector::Zero();
     Matrix inverse_;
 };
-
-double median(std::vector<double> x)
-{
-    if (x.empty()) return 0.0;
-    const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-    std::nth_element(x.begin(), middle, x.end());
-    return *middle;
-}
 
 /// (E151): volts that the row's own averages cannot see.
 double unseen_V(const PolledRow& r, const PolledVector& x)

@@ -61,6 +61,15 @@ std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& piece
     return std::make_unique<LinearModel>(std::vector<std::string>{"J_kgm2", "B_Nms_rad"}, 1, source);
 }
 
+bool is_off(const Eigen::Vector2d& predicted, const Eigen::Vector2d& means, const Eigen::Vector2d& sd,
+            double noise_part)
+{
+    // A normal exceeds three in 3 of 1000 cases.
+    constexpr double kFar = 3.0, kOwnErrors = 0.01;
+    const Eigen::Vector2d errors(kOwnErrors + noise_part, kOwnErrors);
+    return ((predicted - means).cwiseAbs() - kFar * sd - errors.cwiseProduct(means.cwiseAbs())).maxCoeff() > 0.0;
+}
+
 bool clearly_better(const LinearModel& model, double averaged, double predicted)
 {
     const double values = static_cast<double>(model.rows()) * model.channels();

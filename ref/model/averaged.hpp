@@ -24,6 +24,13 @@ std::unique_ptr<LinearModel> averaged_electrical(const std::vector<Piece>& piece
 std::unique_ptr<LinearModel> averaged_mechanical(const std::vector<Piece>& pieces,
                                                  const std::vector<const std::vector<double>*>& torque, double half_s);
 
+/// Whether J or B of a prediction is beyond three deviations of the means' and what else these may be off by: 1 % for half
+/// a hat of what is fast, and of J the part of the slopes that is noise. (E190)
+bool is_off(const Eigen::Vector2d& predicted, const Eigen::Vector2d& means, const Eigen::Vector2d& sd,
+            double noise_part);
+/// Of the reported residual: a right J leaves up to this much more than one that fits the noise of the blocks' ends.
+constexpr double kAlike = 1.05;
+
 /// Whether the averaged fit, with this reported residual (RMS), is clearly better than prediction with that: by more
 /// than
 /// 3 %, than what its parameters gain by chance, and than 0.5 % of the signal, since a turning voltage held over a

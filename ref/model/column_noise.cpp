@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/log/median.hpp"
 #include "ref/log/piece.hpp"
 #include "ref/log/wanted.hpp"
 
@@ -11,14 +12,6 @@ namespace {
 
 /// Rows of a chunk, of which a mean square scatters by a third at least; a wild stretch spoils no more of them.
 constexpr std::size_t kChunk = 200, kLeastChunk = 20;
-
-double median(std::vector<double>& x)
-{
-    if (x.empty()) return 0.0;
-    const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-    std::nth_element(x.begin(), middle, x.end());
-    return *middle;
-}
 
 /// The most that white noise of a column may have: the lesser of what two bands would make of it, the top one and that
 /// of means over five rows, (E46).

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/log/median.hpp"
 #include "ref/log/wanted.hpp"
 
 namespace dqw {
@@ -18,14 +19,6 @@ constexpr double kMostlyNoise = 0.1;  ///< of slopes: beside more, what is motio
 constexpr std::size_t kFewest = 10;   ///< bends, of which a median is known to a half
 /// Of a normal of variance one; squares of (1 -4 6 -4 1).
 constexpr double kMedianOfSquare = 0.4549, kRowBend = 70.0;
-
-double median(std::vector<double>& x)
-{
-    if (x.empty()) return 0.0;
-    const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-    std::nth_element(x.begin(), middle, x.end());
-    return *middle;
-}
 
 double dot(const std::vector<double>& weights, const double* x)
 {
@@ -45,6 +38,20 @@ double bend_of_white(const Hat& hat, std::size_t n)
     return dot(weights, weights.data()) / hat.slope_square();
 }
 
+/// Variance of a row's noise if it is white, (rad/s)^2.
+double row_noise_of(const std::vector<Piece>& pieces)
+{
+    std::vector<double> rows;
+    for (const Piece& piece : pieces) {
+        const double* w = piece.log->w_m_rad_s.data();
+        for (std::size_t k = piece.begin; k + 4 < piece.end; ++k) {
+            const double bend = w[k] - 4.0 * w[k + 1] + 6.0 * w[k + 2] - 4.0 * w[k + 3] + w[k + 4];
+            rows.push_back(bend * bend);
+        }
+    }
+    return median(rows) / (kRowBend * kMedianOfSquare);
+}
+
 struct Slopes {
     double noise = 0.0, square = 0.0;  ///< (rad/s^2)^2
     std::size_t bends = 0;
@@ -56,17 +63,12 @@ struct Slopes {
 /// The slopes' mean square and what of it is noise: third differences of slopes one after the other, which what is slow
 /// hardly has, or what the noise of single rows makes of them if it is white, where that is less: a fast motion is none
 /// of theirs, coarse angles are none of the former's. 0 where there are too few to say.
-Slopes slopes_of(const std::vector<Piece>& pieces, double half_s)
+Slopes slopes_of(const std::vector<Piece>& pieces, double half_s, double row_noise)
 {
-    std::vector<double> bends, rows;
+    std::vector<double> bends;
     double square = 0.0, of_rows = 0.0, of_bends = 0.0;
     std::size_t hats = 0;
     for (const Piece& piece : pieces) {
-        const double* w = piece.log->w_m_rad_s.data();
-        for (std::size_t k = piece.begin; k + 4 < piece.end; ++k) {
-            const double bend = w[k] - 4.0 * w[k + 1] + 6.0 * w[k + 2] - 4.0 * w[k + 3] + w[k + 4];
-            rows.push_back(bend * bend);
-        }
         double last[3] = {};
         std::size_t held = 0;
         const std::size_t half = hat_rows(*piece.log, half_s);
@@ -81,7 +83,7 @@ Slopes slopes_of(const std::vector<Piece>& pieces, double half_s)
     }
     const std::size_t count = bends.size();
     if (count < kFewest) return {};
-    const double n = static_cast<double>(hats), white = median(rows) / (kRowBend * kMedianOfSquare) * of_rows / n;
+    const double n = static_cast<double>(hats), white = row_noise * of_rows / n;
     return {std::min(white, median(bends) / (of_bends * kMedianOfSquare)), square / n, count, of_rows / n};
 }
 
@@ -117,9 +119,10 @@ HatChoice choose_hat(const std::vector<Piece>& pieces, double most_s)
     double period_s = 0.0;
     for (const Piece& piece : pieces) period_s = std::max(period_s, piece.log->dt_s);
     double half_s = std::max(kShortest_s, period_s);
-    Slopes slopes = slopes_of(pieces, half_s);
+    const double row_noise = row_noise_of(pieces);
+    Slopes slopes = slopes_of(pieces, half_s, row_noise);
     while (slopes.part() > kNoisePart && 2.0 * half_s <= most_s) {
-        const Slopes next = slopes_of(pieces, 2.0 * half_s);
+        const Slopes next = slopes_of(pieces, 2.0 * half_s, row_noise);
         const bool tells_motion = slopes.part() < kMostlyNoise;
         if (next.bends < kFewest || next.noise > kNoiseLeft * next.of_row / slopes.of_row * slopes.noise ||
             (tells_motion && next.motion() < kMotionLeft * slopes.motion()))

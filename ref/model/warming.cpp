@@ -1,5 +1,6 @@
 #include "ref/model/warming.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dqw {
@@ -20,7 +21,8 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& m)
 double when_in(const Log& log, std::size_t row)
 {
     const double span_s = log.t_s.back() - log.t_s.front();
-    return span_s > 0.0 ? (log.t_s[row] - log.t_s.front()) / span_s - 0.5 : 0.0;
+    // A stretch whose clock was set back lies outside.
+    return span_s > 0.0 ? std::clamp((log.t_s[row] - log.t_s.front()) / span_s - 0.5, -0.5, 0.5) : 0.0;
 }
 
 Eigen::VectorXd warming_deviations(const std::vector<TimedSum>& sums, const Eigen::VectorXd& friction, double noise2)

@@ -6,6 +6,7 @@
 
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
+#include "ref/log/median.hpp"
 #include "ref/model/foretold.hpp"
 #include "ref/search/solve.hpp"
 #include "ref/trace/rules.hpp"
@@ -17,13 +18,6 @@ namespace {
 constexpr std::size_t kChunk = 200, kLeastChunk = 20;
 /// Of a shaft's block: a tenth of them is two.
 constexpr double kShaftRows = 20.0;
-
-double median(std::vector<double> x)
-{
-    if (x.empty()) return 0.0;
-    std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
-    return x[x.size() / 2];
-}
 
 /// Mean squares of two filters: (1 -4 6 -4 1), at the top of the band, and second differences of means over five rows,
 /// around a tenth of the sampling rate. Medians over chunks, so that a few wild stretches do not count.

@@ -7,6 +7,7 @@
 
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
+#include "ref/log/median.hpp"
 
 namespace dqw {
 namespace {
@@ -14,13 +15,6 @@ namespace {
 constexpr double kLeastShare = 0.05;     ///< of the excess; what is told below is chance, (E48)
 constexpr std::size_t kLeastSeries = 8;  ///< blocks, beside which a share of one axis would be chance
 constexpr std::size_t kRare = 50;        ///< one row of so many is an extreme
-
-double median(std::vector<double> x)
-{
-    if (x.empty()) return 0.0;
-    std::nth_element(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2), x.end());
-    return x[x.size() / 2];
-}
 
 /// Part of the variance of y that its means over 24 equally filled bins of x explain beyond chance.
 double share_by_bins(const std::vector<double>& x, const std::vector<double>& y, double excess)
