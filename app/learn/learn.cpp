@@ -13,6 +13,7 @@
 #include "app/learn/parts.hpp"
 #include "app/learn/q15.hpp"
 #include "ref/fit/dynamic.hpp"
+#include "ref/trace/named.hpp"
 
 namespace dqw {
 namespace {
@@ -119,12 +120,21 @@ Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
     return here;
 }
 
+bool has_angle(const Log& log) { return !log.theta_e_rad.empty() || !log.theta_m_rad.empty(); }
+
+/// Of R, L_d, L_q, psi as a fit has them; -1: none of them, or given.
+Eigen::Index index_of(const Estimate& e)
+{
+    static const char* const kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
+    const auto at = std::find(std::begin(kNames), std::end(kNames), e.name);
+    return at == std::end(kNames) || e.given ? -1 : at - std::begin(kNames);
+}
+
 /// Whether the logs are such that learners can tell a dead time, and nobody asked for it.
 bool may_hide_a_loss(const std::vector<Log>& logs, const std::vector<TraceInput>& inputs)
 {
-    const auto lacks_angle = [](const Log& log) { return log.theta_e_rad.empty() && log.theta_m_rad.empty(); };
     return logs.front().regime == Regime::dynamic && place_of_dead_time(inputs) == inputs.size() &&
-           std::none_of(logs.begin(), logs.end(), lacks_angle);
+           std::all_of(logs.begin(), logs.end(), has_angle);
 }
 
 /// Of a dead time, V; 0: it is not told.
@@ -176,6 +186,26 @@ bool allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
     return true;
 }
 
+/// The same of a fit with a dead time, whose law has a width and a shape that fit: where it is another than the
+/// learners', which of the two is right nobody knows. (E187)
+void hold_beside_a_loss(const std::vector<Log>& logs, Learned& learned, std::vector<std::string>& apart)
+{
+    constexpr double kTelling = 0.02, kBeyond = 3.0;
+    if (!std::all_of(logs.begin(), logs.end(), has_angle)) return;
+    const std::optional<NamedLook> fit = look_at_named(logs, {"dead_time"}, learned.model.pole_pairs);
+    if (!fit) return;
+    for (Estimate& e : learned.result.parameters) {
+        const Eigen::Index at = index_of(e);
+        if (at < 0) continue;
+        const double by = fit->value[at] - e.value;
+        if (!(std::abs(by) > kBeyond * std::hypot(fit->sd[at], e.sd))) continue;
+        e.sd = std::hypot(e.sd, by);
+        if (3.0 * std::abs(by) > kTelling * std::abs(e.value) &&
+            std::find(apart.begin(), apart.end(), e.name) == apart.end())
+            apart.push_back(e.name);
+    }
+}
+
 /// What a plain fit of the same logs knows and blocks do not: a filter of the currents, and, where no dead time is
 /// learned, an inverter's loss move the learners' values as they move the fit's; and what the two make of one value
 /// differs by no more than both deviations allow, or one of them is wrong. By how much stands in the deviations.
@@ -188,9 +218,8 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
     bool filtered = false, lossy = false;
     std::vector<std::string> apart;
     for (Estimate& e : learned.result.parameters) {
-        static const char* const kNames[] = {"R_ohm", "Ld_H", "Lq_H", "psi_Wb"};
-        const auto at = std::find(std::begin(kNames), std::end(kNames), e.name) - std::begin(kNames);
-        if (at == std::end(kNames) - std::begin(kNames) || e.given) continue;
+        const Eigen::Index at = index_of(e);
+        if (at < 0) continue;
         const auto telling = [&](double sd) { return 3.0 * sd > kTelling * std::abs(e.value); };
         const double by = fit->value[at] - e.value;
         if (fit->filtered) {
@@ -206,6 +235,7 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
             if (telling(std::abs(by))) apart.push_back(e.name);
         }
     }
+    if (learns_loss && comparable) hold_beside_a_loss(logs, learned, apart);
     if (filtered)
         learned.result.notes.push_back(
             fmt::format("currents filtered by a time constant of about {:.3g} us would explain part of what this model "

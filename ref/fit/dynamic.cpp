@@ -123,7 +123,7 @@ void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen:
 
 /// Publishes the averaged fit in place of the predicting one where its reported residual is clearly less.
 bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const Regression& all,
-                      const Solution& predicted, const HiddenLoss& loss, Result& result)
+                      const Solution& predicted, Result& result)
 {
     const Eigen::VectorXd& theta = predicted.theta;
     // A steady gain g tells the sensor's share of the innovation: (1 - g) of its variance.
@@ -143,6 +143,8 @@ bool publish_averaged(const Task& task, const std::vector<Piece>& pieces, const 
     if (!clearly_better(*model, averaged.residual_rms, result.residual_rms)) return false;
     result = averaged;
     Covariance covariance = assess(s, *model, typical_of(all, s.theta));
+    // A prediction that does not hold may be no machine's at all: what hides is sought beside these values.
+    const HiddenLoss loss = hidden_loss(pieces, full[kPolePairs], {full.head(4), full.tail(2), {}}, predicted.sigma);
     add_hidden(task, pieces, full, s, static_cast<double>(model->rows()), true, loss, covariance);
     publish(task, model->names(), covariance, result);
     result.notes.push_back(
@@ -272,7 +274,7 @@ Result fit_dynamic(const Task& task)
     Task rest = task;
     report_residual(task.logs, plain_model(s.theta), result);
     const double product = s.theta[kPsi] * s.theta[kPolePairs];
-    if (free[kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, loss, result)) {
+    if (free[kPolePairs] || !covariance.robust || !publish_averaged(task, pieces, all, s, result)) {
         report_pole_pairs(rest, p, product, product_sd(s.theta, covariance), result);
         publish(rest, all.names(), covariance, result);
         note_robust(covariance, result);
@@ -304,7 +306,8 @@ std::optional<PlainLook> plain_look(const std::vector<Log>& logs, double pole_pa
     free[kPolePairs] = false;
     PolePairs p;
     const Solution s = first_look(task, pieces, free, p);
-    if (!s.ok) return {};
+    // Where the voltage foretells nothing, a prediction ends as no machine.
+    if (!s.ok || !(s.theta.head(3).minCoeff() > 0.0)) return {};
     const HiddenLoss hidden = hidden_loss(pieces, pole_pairs, {s.theta.head(4), s.theta.tail(2), {}}, s.sigma);
     const std::vector<Piece> part = spread_sample(pieces, kFirstRows, kFirstWindow);
     WithoutEffects model = dynamic_model(task, part);

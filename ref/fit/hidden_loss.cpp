@@ -41,24 +41,6 @@ std::vector<Input> losses_of(bool angle, double i_max_A)
     return out;
 }
 
-/// The windows' rows as logs of their own: a long log's columns are not made twice.
-std::vector<Log> copies_of(const std::vector<Piece>& windows)
-{
-    std::vector<Log> out;
-    for (const Piece& w : windows) {
-        Log copy;
-        copy.path = w.log->path, copy.dt_s = w.log->dt_s;
-        for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s,
-                            &Log::theta_e_rad, &Log::theta_m_rad}) {
-            const std::vector<double>& from = w.log->*column;
-            const auto at = [&](std::size_t k) { return from.begin() + static_cast<std::ptrdiff_t>(k); };
-            if (!from.empty()) (copy.*column).assign(at(w.begin), at(w.end));
-        }
-        out.push_back(std::move(copy));
-    }
-    return out;
-}
-
 }  // namespace
 
 HiddenLoss hidden_loss(const std::vector<Piece>& pieces, double pole_pairs, const Point& at,

@@ -89,6 +89,27 @@ std::vector<Piece> spread_sample(const std::vector<Piece>& pieces, std::size_t r
     return sample.empty() ? pieces : sample;
 }
 
+std::vector<Log> copies_of(const std::vector<Piece>& pieces)
+{
+    std::vector<Log> out;
+    for (const Piece& piece : pieces) {
+        const Log& from = *piece.log;
+        Log copy;
+        copy.path = from.path, copy.regime = from.regime, copy.machine = from.machine;
+        copy.modulation = from.modulation, copy.observed = from.observed, copy.v_q_is_size = from.v_q_is_size;
+        copy.voltage_error_V = from.voltage_error_V, copy.voltage_scale = from.voltage_scale, copy.dt_s = from.dt_s;
+        for (auto column : {&Log::t_s, &Log::v_d_V, &Log::v_q_V, &Log::i_d_A, &Log::i_q_A, &Log::w_m_rad_s,
+                            &Log::theta_e_rad, &Log::theta_m_rad, &Log::v_dc_V, &Log::temp_winding_C,
+                            &Log::temp_magnet_C, &Log::torque_Nm, &Log::torque_cmd_Nm}) {
+            const std::vector<double>& all = from.*column;
+            const auto at = [&](std::size_t k) { return all.begin() + static_cast<std::ptrdiff_t>(k); };
+            if (!all.empty()) (copy.*column).assign(at(piece.begin), at(piece.end));
+        }
+        out.push_back(std::move(copy));
+    }
+    return out;
+}
+
 std::size_t rows_of(const std::vector<Piece>& pieces)
 {
     std::size_t rows = 0;

@@ -37,6 +37,9 @@ std::vector<Piece> pieces_of(const Log& log, std::size_t min_rows);
 /// smaller than half of it. For a first look at a long log.
 std::vector<Piece> spread_sample(const std::vector<Piece>& pieces, std::size_t rows, std::size_t window);
 
+/// The pieces' rows as logs of their own, a piece each.
+std::vector<Log> copies_of(const std::vector<Piece>& pieces);
+
 /// Rows of all pieces.
 std::size_t rows_of(const std::vector<Piece>& pieces);
 

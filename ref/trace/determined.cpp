@@ -123,8 +123,7 @@ Determined determined_of(const TraceSetup& setup, const Refined& refined)
     const Replanned model(*setup.full, all_seen(*setup.full));
     const Point& at = refined.point;
     Determined d;
-    const bool whole = setup.regime == Regime::mechanical || is_open_circuit(*setup.logs);
-    d.sd = whole ? whole_deviations(setup, model, refined) : deviations(model, refined);
+    d.sd = whole_deviations(setup, model, refined);
     d.names = column_names(model, at);
     const Eigen::VectorXd bare = model.gains() > 0 ? simulated(model, refined) : d.sd, typical = typical_of(setup, at);
     for (Eigen::Index j = 0; j < at.base.size(); ++j) {

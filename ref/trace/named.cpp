@@ -186,4 +186,18 @@ EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::strin
     return out;
 }
 
+std::optional<NamedLook> look_at_named(const std::vector<Log>& logs, const Names& effects, double pole_pairs)
+{
+    constexpr std::size_t kRows = 20000, kWindow = 1000, kLeast = 100;
+    const std::vector<Piece> pieces = pieces_of(logs, kLeast);
+    if (rows_of(pieces) < kWindow) return {};
+    std::vector<Log> windows = copies_of(spread_sample(pieces, kRows, kWindow));
+    for (Log& log : windows) log.machine.pole_pairs = pole_pairs;
+    const auto setup = trace_setup(windows, effects, Variant::usual);
+    const Refined refined = fit_named(*setup, effects, {});
+    if (!refined.ok || refined.point.base.size() != 4 || !(refined.point.base.head(3).minCoeff() > 0.0)) return {};
+    const Replanned all(*setup->full, all_seen(*setup->full));
+    return NamedLook{refined.point.base, deviations(all, refined).head(4)};
+}
+
 }  // namespace dqw

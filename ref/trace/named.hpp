@@ -2,7 +2,9 @@
 #ifndef DQW_REF_TRACE_NAMED_HPP
 #define DQW_REF_TRACE_NAMED_HPP
 
+#include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,17 @@ struct EffectFit {
 };
 EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::string>& effects,
                       const std::vector<std::string>& parameters, std::function<void(double)> progress = {});
+
+/// R, L_d, L_q, psi of a fit with effects, and the deviations that its blocks scatter by: infinite where the rows do not
+/// tell.
+struct NamedLook {
+    Eigen::Vector4d value, sd;
+};
+
+/// The same fit of at most 20 000 of dynamic logs' rows, their pole pairs known. Returns nothing where they are too few, it does not converge or
+/// ends as no machine.
+std::optional<NamedLook> look_at_named(const std::vector<Log>& logs, const std::vector<std::string>& effects,
+                                       double pole_pairs);
 
 }  // namespace dqw
 #endif
