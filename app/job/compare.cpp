@@ -76,6 +76,7 @@ ToCompare log_to_compare(const Options& options)
     what.comparison.log = options.logs.front();
     what.config = asked_effects(options, options.effects);
     what.logs = read_logs(options.logs, options, !what.config.inputs.empty(), what.comparison.notes, true);
+    bring_speed_forward(what.logs, false, what.comparison.notes);
     add_flux_map(what.config, what.logs);
     what.comparison.nominal = what.logs.front().machine;
     return what;

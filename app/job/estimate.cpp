@@ -19,7 +19,8 @@ Estimation estimate(bool fits, const Options& options, decltype(estimate_by_fit)
     std::vector<std::string> notes;
     const LearnConfig config = asked_effects(options, options.effects);
     const bool plain = config.inputs.empty();
-    const std::vector<Log> logs = read_logs(options.logs, options, !plain, notes, true, fits && plain);
+    std::vector<Log> logs = read_logs(options.logs, options, !plain, notes, true, fits && plain);
+    bring_speed_forward(logs, !fits, notes);
     Estimated estimated = with_logs(logs, [&] { return estimator(logs, options, config); });
     Result& result = estimated.result;
     check_sense(logs, result);

@@ -12,6 +12,7 @@
 #include "app/base/text.hpp"
 #include "app/read/join.hpp"
 #include "ref/fit/polled_logs.hpp"
+#include "ref/log/speed_lag.hpp"
 #include "ref/model/open_circuit.hpp"
 
 namespace dqw {
@@ -266,6 +267,17 @@ InputError refused(const Log& log, std::string what)
     if (what.rfind(path, 0) == 0) what.erase(0, path.size());
     if (!log.doubt.empty()) what += "; " + log.doubt;
     return {log.path, log.rows() + 1, what};
+}
+
+double bring_speed_forward(std::vector<Log>& logs, bool firmware, std::vector<std::string>& notes)
+{
+    const double lag_s = speed_lag_s(logs);
+    if (!(lag_s > 0.0)) return 0.0;
+    for (Log& log : logs) SpeedForward(lag_s, log.dt_s).over(log);
+    notes.push_back(fmt::format("the speed is {:.3g} ms late beside the angle, as behind a filter or from a loop that "
+                                "tracks it: brought forward by its slope{}",
+                                1e3 * lag_s, firmware ? "; firmware has to do so as well" : ""));
+    return lag_s;
 }
 
 }  // namespace dqw

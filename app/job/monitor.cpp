@@ -15,6 +15,7 @@
 #include "app/monitor/store.hpp"
 #include "app/q15/fixed_point.hpp"
 #include "app/read/log_stream.hpp"
+#include "ref/log/speed_lag.hpp"
 
 namespace dqw {
 namespace {
@@ -72,11 +73,13 @@ public:
         const bool known = all_known(stream);
         std::vector<Log> logs = {stream.begin(known ? kShortWindow_s : kWindow_s, kFewestRows)};
         if (store_) take_from_store(*store_, options_.store_file, options_.arith, logs.front());
+        SpeedForward forward(bring_speed_forward(logs, true, notes_), logs.front().dt_s);
         begin(logs);
         stream.on_note([&](const std::string& said) { note({said}); });
         with_logs(logs, [&] {
             MonitorRunner runner(setup_, *engine_, watch_, logs.front().dt_s, 0);
             for (Log rows; stream.next(rows);) {
+                forward.over(rows);
                 runner.take(rows);
                 store_now_and_then(rows.t_s.back());
             }
@@ -223,7 +226,9 @@ private:
 
 std::vector<Log> logs_to_monitor(const Options& options, std::vector<std::string>& notes)
 {
-    return read_logs(options.logs, options, true, notes, false, true);
+    std::vector<Log> logs = read_logs(options.logs, options, true, notes, false, true);
+    bring_speed_forward(logs, true, notes);
+    return logs;
 }
 
 MonitorSetup setup_to_monitor(const Options& options)

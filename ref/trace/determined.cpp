@@ -105,6 +105,13 @@ Eigen::VectorXd simulated(const Model& model, const Refined& refined)
 
 }  // namespace
 
+void Determined::widen(const Eigen::VectorXd& more)
+{
+    sd = (sd.array().square() + more.array().square()).sqrt();
+    for (std::size_t j = 0; j < base.size(); ++j)
+        base[j].sd = std::hypot(base[j].sd, more[static_cast<Eigen::Index>(j)]);
+}
+
 bool Determined::knows(const Point& at, const std::string& effect) const
 {
     Eigen::Index j = at.base.size() + at.gain.size();

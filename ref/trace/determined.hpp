@@ -14,6 +14,8 @@ struct Determined {
     /// of the columns: the machine's parameters, then effects where they begin; else empty
     std::vector<std::string> names;
 
+    /// Adds, squared, to the deviations of all columns.
+    void widen(const Eigen::VectorXd& more);
     /// Whether a weight of the effect stands out: its deviation is below three tenths of it.
     bool knows(const Point& at, const std::string& effect) const;
 };

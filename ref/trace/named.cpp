@@ -9,11 +9,13 @@
 #include "ref/fit/fit.hpp"
 #include "ref/fit/publish.hpp"
 #include "ref/trace/determined.hpp"
+#include "ref/trace/inverter_loss.hpp"
 #include "ref/trace/predicts.hpp"
 #include "ref/trace/rest.hpp"
 #include "ref/trace/result.hpp"
 #include "ref/trace/sense.hpp"
 #include "ref/trace/shapes.hpp"
+#include "ref/trace/state.hpp"
 
 namespace dqw {
 namespace {
@@ -170,7 +172,8 @@ EffectFit fit_effects(const std::vector<Log>& logs, const std::vector<std::strin
         ++ticks;  // of how many is not known: half of it after ten
         if (progress) progress(0.95 * ticks / (ticks + 10.0));
     });
-    const Determined determined = determined_of(*f.setup, f.refined);
+    Determined determined = determined_of(*f.setup, f.refined);
+    determined.widen(spread_over_laws(*f.setup, f.refined) + spread_over_states(*f.setup, f.refined));
 
     EffectFit out;
     Result& result = out.result;

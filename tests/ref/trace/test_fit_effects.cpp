@@ -5,6 +5,8 @@
 #include <random>
 
 #include "command.hpp"
+#include "ref/fit/dynamic.hpp"
+#include "ref/fit/fit.hpp"
 #include "ref/trace/named.hpp"
 #include "ref/trace/trace.hpp"
 #include "simulated.hpp"
@@ -52,9 +54,83 @@ void dead_time_does_not_stay_in_R()
     TEST_ASSERT_DOUBLE_WITHIN(0.001 * 0.12, 0.12, value(f.result.parameters, "psi_Wb"));
     TEST_ASSERT_EQUAL_DOUBLE(4.0, value(f.result.parameters, "pole_pairs"));
     TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.19, f.result.residual_rms);
-    // A deviation that is neither nothing nor all.
+    // A deviation that is neither nothing nor all: it holds the laws that the log does not tell from its own.
     const double sd = entry(f.effects[0].parameters, "voltage_V").sd;
-    TEST_ASSERT_TRUE(sd > 1e-3 && sd < 0.05);
+    TEST_ASSERT_TRUE_MESSAGE(sd > 1e-3 && sd < 0.3, std::to_string(sd).c_str());
+}
+
+/// A drive at its switches whose edges are slow, and lose voltage by a law that none of a fit's is: R takes up a third
+/// more than it is, and its deviation says so. (E111), (E114)
+void a_loss_of_another_law_is_in_the_deviations()
+{
+    const std::vector<Log> logs{simulated("drive_clamped", {"seed=60547",
+                                                            "inverter.node_F=6.4e-9",
+                                                            "inverter.dead_time_s=1.6e-6",
+                                                            "inverter.switch_V=0",
+                                                            "inverter.switch_ohm=0",
+                                                            "inverter.diode_V=0",
+                                                            "inverter.diode_ohm=0",
+                                                            "inverter.knee_A=0",
+                                                            "inverter.modulation=clamped_60",
+                                                            "inverter.dead_side=both",
+                                                            "profile.i_d_A=-0.92",
+                                                            "profile.i_d_A.random=0",
+                                                            "profile.speed_rad_s=33",
+                                                            "profile.speed_rad_s.wave=112",
+                                                            "profile.speed_rad_s.wave_period_s=1.5",
+                                                            "profile.speed_rad_s.shape=square",
+                                                            "profile.load_Nm.random=1.96",
+                                                            "profile.load_Nm.random_hold_s=0.04",
+                                                            "sensing.speed_bandwidth_rad_s=1450",
+                                                            "method=rk4",
+                                                            "duration_s=6"})};
+    const EffectFit f = dqw::fit_effects(logs, {"dead_time"}, {});
+    const dqw::Estimate& R = entry(f.result.parameters, "R_ohm");
+    const double off = std::abs(R.value - 0.9);
+    TEST_ASSERT_TRUE_MESSAGE(off > 0.1 && off < 4.0 * R.sd && R.sd < off,
+                             (std::to_string(R.value) + " +- " + std::to_string(R.sd)).c_str());
+    for (const char* name : {"Lq_H", "psi_Wb"}) {
+        const dqw::Estimate& e = entry(f.result.parameters, name);
+        const double truth = std::string(name) == "Lq_H" ? 2.8e-3 : 0.12;
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(e.value - truth) < 2.0 * e.sd && e.sd < 0.1 * truth, name);
+    }
+}
+
+/// A link that sags under a voltage that the log has as if it did not: no prediction of the current uses it, and ends at
+/// a machine beyond all bounds. What is published is of the means, and so are its deviations.
+void a_prediction_that_ends_nowhere_leaves_true_deviations()
+{
+    const Log log = simulated("drive_clamped", {"seed=60548",
+                                                "inverter.source_ohm=0.93",
+                                                "inverter.link_F=0.000152",
+                                                "drive.link=nominal",
+                                                "inverter.modulation=clamped_60",
+                                                "inverter.dead_time_s=0",
+                                                "inverter.switch_V=0",
+                                                "inverter.switch_ohm=0",
+                                                "inverter.diode_V=0",
+                                                "inverter.diode_ohm=0",
+                                                "inverter.knee_A=0",
+                                                "inverter.node_F=0",
+                                                "profile.i_d_A=0",
+                                                "profile.i_d_A.random=0",
+                                                "profile.speed_rad_s.wave=94",
+                                                "profile.speed_rad_s.wave_period_s=3.12",
+                                                "profile.speed_rad_s.shape=sine",
+                                                "profile.load_Nm.random=2.3",
+                                                "profile.load_Nm.random_hold_s=0.046",
+                                                "sensing.speed_bandwidth_rad_s=362",
+                                                "method=rk4",
+                                                "duration_s=5"});
+    const dqw::Result r = dqw::fit({log});
+    const double truth[] = {0.9, 2.8e-3, 0.12};
+    for (int k = 0; k < 3; ++k) {
+        static const char* const kNames[] = {"R_ohm", "Lq_H", "psi_Wb"};
+        const dqw::Estimate& e = entry(r.parameters, kNames[k]);
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(e.value - truth[k]) < 2.0 * e.sd && e.sd < truth[k],
+                                 (e.name + ": " + std::to_string(e.value) + " +- " + std::to_string(e.sd)).c_str());
+    }
+    TEST_ASSERT_FALSE(dqw::plain_look({log}, 4.0).has_value());
 }
 
 void each_effect_reads_as_simulated()
@@ -289,6 +365,8 @@ int main()
 {
     UNITY_BEGIN();
     RUN_TEST(dead_time_does_not_stay_in_R);
+    RUN_TEST(a_loss_of_another_law_is_in_the_deviations);
+    RUN_TEST(a_prediction_that_ends_nowhere_leaves_true_deviations);
     RUN_TEST(each_effect_reads_as_simulated);
     RUN_TEST(a_filter_that_is_no_small_one);
     RUN_TEST(several_effects_are_told_apart);
