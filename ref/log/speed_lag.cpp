@@ -1,6 +1,7 @@
 #include "ref/log/speed_lag.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "ref/log/piece.hpp"
@@ -14,6 +15,8 @@ constexpr double kBlocks_s[] = {1e-3, 4e-3, 16e-3};
 constexpr std::size_t kLeastRows = 10;
 /// Less is an angle's own instant; of a lag that is one, most of what the angle is ahead by goes with it.
 constexpr double kLeastPeriods = 2.0, kMostLeft = 0.5, kDeviations = 10.0;
+/// By which every other block may say otherwise: where one jump makes it, the half without says nothing.
+constexpr double kApart = 0.2;
 
 /// What the angle turns by more than the speed says in a block, beside what the speed changes by.
 struct Sums {
@@ -22,14 +25,22 @@ struct Sums {
     double left() const { return std::max(1.0 - xy * xy / (xx * yy), 0.0); }
     double sd_s() const { return std::sqrt(left() * yy / xx / count); }
     bool tells() const { return count > 2.0 && xx > 0.0 && yy > 0.0; }
+    bool tells_lag(double least_s) const
+    {
+        return tells() && left() < kMostLeft && lag_s() > least_s && lag_s() > kDeviations * sd_s();
+    }
+    void add(double x, double y) { xx += x * x, xy += x * y, yy += y * y, ++count; }
 };
+/// Of all blocks, and of every other one.
+using Halves = std::array<Sums, 3>;
 
 /// Into one turn: half of it either way.
 double wrapped(double angle_rad) { return std::remainder(angle_rad, 2.0 * M_PI); }
 
-Sums sums_of(const std::vector<Piece>& pieces, bool electrical, double block_s)
+Halves sums_of(const std::vector<Piece>& pieces, bool electrical, double block_s)
 {
-    Sums s;
+    Halves sums;
+    std::size_t blocks = 0;
     for (const Piece& piece : pieces) {
         const Log& log = *piece.log;
         const std::vector<double>&w = log.w_m_rad_s, &theta = electrical ? log.theta_e_rad : log.theta_m_rad;
@@ -41,11 +52,11 @@ Sums sums_of(const std::vector<Piece>& pieces, bool electrical, double block_s)
             ahead += wrapped(theta[k + 1] - theta[k] - 0.5 * turns * (w[k] + w[k + 1]) * piece.period_s(k));
             if (k + 1 - begin < block) continue;
             const double x = turns * (w[k + 1] - w[begin]);
-            s.xx += x * x, s.xy += x * ahead, s.yy += ahead * ahead, ++s.count;
+            sums[0].add(x, ahead), sums[1 + blocks++ % 2].add(x, ahead);
             ahead = 0.0, begin = k + 1;
         }
     }
-    return s;
+    return sums;
 }
 
 }  // namespace
@@ -62,14 +73,15 @@ double speed_lag_s(const std::vector<Log>& logs)
     }
     if (!mechanical && !electrical) return 0.0;
     const std::vector<Piece> pieces = pieces_of(logs, kLeastPiece);
-    Sums best;
+    Halves best;
     for (const double block_s : kBlocks_s) {
-        const Sums s = sums_of(pieces, electrical, block_s);
-        if (s.tells() && (!best.tells() || s.left() < best.left())) best = s;
+        const Halves sums = sums_of(pieces, electrical, block_s);
+        if (sums[0].tells() && (!best[0].tells() || sums[0].left() < best[0].left())) best = sums;
     }
-    const bool told = best.tells() && best.left() < kMostLeft && best.lag_s() > kLeastPeriods * dt_s &&
-                      best.lag_s() > kDeviations * best.sd_s();
-    return told ? best.lag_s() : 0.0;
+    const bool told = std::all_of(best.begin(), best.end(), [&](const Sums& s) {
+        return s.tells_lag(kLeastPeriods * dt_s) && std::abs(s.lag_s() - best[0].lag_s()) < kApart * best[0].lag_s();
+    });
+    return told ? best[0].lag_s() : 0.0;
 }
 
 // The slope is taken over half the lag: of a shorter time it is the noise's.

@@ -97,6 +97,10 @@ void what_is_no_lag_is_left_alone(void)
     unclear.lag_s = 3e-4, unclear.step_rad = 2.0 * M_PI / 20.0;
     for (const Drive& drive : {none, angle_late, turned, unclear})
         TEST_ASSERT_EQUAL_DOUBLE(0.0, dqw::speed_lag_s({log_of(drive, 20000)}));
+    // Nor is a jump of both, as where rows were lost, or another log goes on.
+    Log jumps = log_of(none, 20000);
+    for (std::size_t k = 12000; k < jumps.rows(); ++k) jumps.w_m_rad_s[k] = jumps.theta_m_rad[k] = 0.0;
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, dqw::speed_lag_s({jumps}));
     // An observer's angle comes from the same loop, and a turn of the rotor needs the pole pairs.
     Log observed = log_of({}, 20000), unknown = log_of({}, 20000, true);
     observed.observed = true, unknown.machine.pole_pairs.reset();
