@@ -269,15 +269,15 @@ InputError refused(const Log& log, std::string what)
     return {log.path, log.rows() + 1, what};
 }
 
-double bring_speed_forward(std::vector<Log>& logs, bool firmware, std::vector<std::string>& notes)
+void bring_speed_forward(std::vector<Log>& logs, bool firmware, std::vector<std::string>& notes,
+                         std::optional<double> known_s)
 {
-    const double lag_s = speed_lag_s(logs);
-    if (!(lag_s > 0.0)) return 0.0;
-    for (Log& log : logs) SpeedForward(lag_s, log.dt_s).over(log);
+    const double lag_s = known_s ? *known_s : speed_lag_s(logs);
+    if (!(lag_s > 0.0)) return;
+    for (Log& log : logs) SpeedForward(lag_s, log.dt_s).over(log), log.speed_lag_s = lag_s;
     notes.push_back(fmt::format("the speed is {:.3g} ms late beside the angle, as behind a filter or from a loop that "
                                 "tracks it: brought forward by its slope{}",
                                 1e3 * lag_s, firmware ? "; firmware has to do so as well" : ""));
-    return lag_s;
 }
 
 }  // namespace dqw

@@ -33,6 +33,12 @@ LearnConfig effects_to_monitor(const Options& options)
     return asked;
 }
 
+/// With which the healthy values were learned.
+std::optional<double> lag_of(const std::optional<MonitorStore>& store)
+{
+    return store ? std::optional<double>(store->speed_lag_s) : std::nullopt;
+}
+
 /// The header with which firmware runs the same; a note of it.
 std::string q15_header(const MonitorSetup& setup, const std::string& log, std::vector<std::string>& notes)
 {
@@ -73,7 +79,8 @@ public:
         const bool known = all_known(stream);
         std::vector<Log> logs = {stream.begin(known ? kShortWindow_s : kWindow_s, kFewestRows)};
         if (store_) take_from_store(*store_, options_.store_file, options_.arith, logs.front());
-        SpeedForward forward(bring_speed_forward(logs, true, notes_), logs.front().dt_s);
+        bring_speed_forward(logs, true, notes_, lag_of(store_));
+        SpeedForward forward(logs.front().speed_lag_s, logs.front().dt_s);
         begin(logs);
         stream.on_note([&](const std::string& said) { note({said}); });
         with_logs(logs, [&] {
@@ -227,7 +234,8 @@ private:
 std::vector<Log> logs_to_monitor(const Options& options, std::vector<std::string>& notes)
 {
     std::vector<Log> logs = read_logs(options.logs, options, true, notes, false, true);
-    bring_speed_forward(logs, true, notes);
+    const auto store = options.store_file.empty() ? std::nullopt : read_store(options.store_file);
+    bring_speed_forward(logs, true, notes, lag_of(store));
     return logs;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "app/base/columns.hpp"
 #include "app/base/effect_names.hpp"
@@ -41,6 +42,8 @@ Log beginning(const Log& log)
     const std::size_t rows = std::min(std::max(wanted, kFirstRows), log.rows() / 2);
     Log first;
     first.path = log.path, first.regime = log.regime, first.machine = log.machine, first.dt_s = log.dt_s;
+    first.modulation = log.modulation, first.observed = log.observed;
+    first.voltage_error_V = log.voltage_error_V, first.voltage_scale = log.voltage_scale;
     for (const ColumnInfo& c : columns) {
         const std::vector<double>& all = log.*(c.values);
         if (!all.empty()) (first.*(c.values)).assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(rows));
@@ -106,6 +109,32 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
         setup.notes.push_back(
             fmt::format("{} not said, and the first {:.3g} s do not tell: learning starts from the size of the signals",
                         list(guessed), span_s));
+}
+
+/// Dead time's width, where nobody says it: of the usual one and those an octave and more apart the one that leaves
+/// least of the log's first seconds; the usual one where that is hardly less.
+void set_width(const Log& log, MonitorSetup& setup)
+{
+    constexpr double kHardly = 0.97;
+    const Log first = beginning(log);
+    const auto with = [&](const std::vector<double>& shape) {
+        LearnOptions options;
+        options.inputs = {{"dead_time", shape, {}}};
+        options.start.pole_pairs = setup.config.estimator.pole_pairs;
+        return learn_all({first}, options);
+    };
+    try {
+        const Learned free = with({}), usual = with({static_cast<double>(setup.config.estimator.dead_time_width_A)});
+        if (free.effects.empty() || !(free.result.residual_rms < kHardly * usual.result.residual_rms)) return;
+        const double width_A = free.inputs.front().shape[0];
+        setup.config.estimator.dead_time_width_A = static_cast<float>(width_A);
+        setup.notes.push_back(
+            fmt::format("dead_time: a width of {:.3g} A, of those an octave apart, leaves least of the "
+                        "log's first {:.3g} s",
+                        width_A, static_cast<double>(first.rows()) * log.dt_s));
+    } catch (const std::invalid_argument&) {
+        // Too few rows to learn from tell no width.
+    }
 }
 
 bool has_thermometer(const TraceInput& in, const Log& log)
@@ -221,6 +250,10 @@ MonitorSetup monitor_setup(const std::vector<Log>& logs, const LearnConfig& aske
     setup.config.J_kgm2 = nominal(log.machine, asked.start, &Machine::J_kgm2);
     if (!(setup.config.J_kgm2 > 0.0F)) setup.notes.emplace_back("friction is not watched: no J_kgm2");
     start_values(log, asked.start, effects, setup);
+    const bool said = std::any_of(asked.inputs.begin(), asked.inputs.end(),
+                                  [](const TraceInput& in) { return in.effect == "dead_time" && !in.shape.empty(); });
+    if (c.angle && !said && effects.empty()) set_width(log, setup);
+    setup.speed_lag_s = log.speed_lag_s;
     PlainModel machine;
     for (const Nominal& n : nominals) machine.*(n.parameter().model) = static_cast<double>(c.*(n.place));
     machine.pole_pairs = c.pole_pairs;

@@ -15,6 +15,7 @@ struct MonitorSetup {
     dqw_monitor_config config{};     ///< but for its effects
     std::vector<TraceInput> inputs;  ///< those effects, shapes completed
     std::vector<std::string> notes;  ///< what is assumed, and what is not watched
+    double speed_lag_s = 0.0;        ///< of the log's speed, which was brought forward
 };
 
 /// For the first of `logs`. Bases from the nameplate in the machine file, else from the log's largest signals; nominal

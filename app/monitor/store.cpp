@@ -75,8 +75,15 @@ Json body_of(const MonitorStore& s)
                           {"reach", in.reach},
                           {"modulation", in.modulation},
                           {"map", in.map}});
-    return {{"schema", kSchema}, {"arithmetic", s.arithmetic}, {"dt_s", s.dt_s},           {"machine", machine},
-            {"inputs", inputs},  {"modulation", s.modulation}, {"healthy", hex(s.healthy)}};
+    return {{"schema", kSchema},
+            {"arithmetic", s.arithmetic},
+            {"dt_s", s.dt_s},
+            {"machine", machine},
+            {"inputs", inputs},
+            {"modulation", s.modulation},
+            {"healthy", hex(s.healthy)},
+            {"dead_time_width_A", s.dead_time_width_A},
+            {"speed_lag_s", s.speed_lag_s}};
 }
 
 MonitorStore store_from(const Json& body)
@@ -86,6 +93,9 @@ MonitorStore store_from(const Json& body)
     s.dt_s = body.at("dt_s").get<double>();
     s.modulation = body.at("modulation").get<std::string>();
     s.healthy = unhex(body.at("healthy").get<std::string>());
+    // Of an older one the usual width, and a speed that is not late.
+    s.dead_time_width_A = body.value("dead_time_width_A", 0.0);
+    s.speed_lag_s = body.value("speed_lag_s", 0.0);
     for (const Field& f : fields)
         if (body.at("machine").contains(f.name)) s.machine.*(f.value) = body.at("machine").at(f.name).get<double>();
     for (const Json& in : body.at("inputs"))
@@ -150,6 +160,7 @@ MonitorStore store_of(const MonitorSetup& setup, const std::string& arithmetic, 
     put(s.machine.R_ohm, c.R_ohm), put(s.machine.Ld_H, c.Ld_H), put(s.machine.Lq_H, c.Lq_H);
     put(s.machine.psi_Wb, c.psi_Wb), put(s.machine.J_kgm2, setup.config.J_kgm2);
     s.modulation = modulation_text(c.modulation);
+    s.dead_time_width_A = static_cast<double>(c.dead_time_width_A), s.speed_lag_s = setup.speed_lag_s;
     s.inputs = setup.inputs;
     s.healthy = healthy;
     return s;
@@ -223,6 +234,8 @@ void take_from_store(const MonitorStore& store, const std::string& path, Monitor
         throw InputError(path, 1,
                          "written with other effects; expected the same --effect and --config, or another file");
     setup.inputs = store.inputs;
+    if (store.dead_time_width_A > 0.0)
+        setup.config.estimator.dead_time_width_A = static_cast<float>(store.dead_time_width_A);
 }
 
 }  // namespace dqw

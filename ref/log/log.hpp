@@ -42,6 +42,7 @@ struct Log {
     std::string doubt;             ///< of a column's unit or sign, in words; empty: none
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen
     double voltage_scale = 0.0;    ///< deviation of the scale that it is given in, as a part
+    double speed_lag_s = 0.0;      ///< by which the speed was late, and has been brought forward
     /// Of R, L_d, L_q, psi: deviations of the polled rows behind settled points, which do not show them; 0: none.
     std::array<double, 4> rows_sd{};
     /// Median sampling period; 0 without t_s.
