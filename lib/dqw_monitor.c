@@ -44,6 +44,7 @@
 // hardly any were, a speed that steps for the first time makes any.
 #define NEW_SEGMENTS 3u
 #define YOUNG_SEGMENTS 20u
+#define RESIDUAL_RISE_NEW 1e4f
 #define RESIDUAL_RISE_YOUNG 1.1f
 #define RESIDUAL_RISE 1.005f
 
@@ -195,12 +196,6 @@ static void follow_temperature(dqw_monitor *m)
     if (m->healthy.weight[DQW_PSI] < coldest) m->healthy.weight[DQW_PSI] = coldest;
 }
 
-// Were so few segments met so far?
-static bool met_fewer(const dqw_monitor *m, uint32_t segments)
-{
-    return m->config->estimator.follow && m->estimator.segment.segments < segments;
-}
-
 // Size of a channel's change over its band, Q5; 0 where it is not known.
 static int32_t deviation_q5(const dqw_monitor *m, int channel)
 {
@@ -211,7 +206,6 @@ static int32_t deviation_q5(const dqw_monitor *m, int channel)
         const float R_ohm = heated(m, DQW_WATCH_R, dqw_monitor_band_of(m, DQW_WATCH_R));
         ratio = (dqw_monitor_rise_K(m, R_ohm) - dqw_monitor_band(m, DQW_WATCH_TEMPERATURE)) / TEMPERATURE_BAND_K + 1.0f;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        if (met_fewer(m, NEW_SEGMENTS)) return 0;
         ratio = sqrtf(m->estimator.recent_pu2 / m->healthy.residual_pu2) / dqw_monitor_band(m, DQW_WATCH_RESIDUAL);
     } else {
         dqw_monitor_channel_value x;
@@ -251,7 +245,7 @@ static void settle(dqw_monitor *m, int channel)
     const float band = dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned: not
     // within the first segment, at whose operating point weights may stand for one another.
-    const bool young = channel < DQW_WATCH_OFFSET && met_fewer(m, 1);
+    const bool young = m->config->estimator.follow && m->estimator.segment.segments == 0;
     const enum dqw_watch_known known = x.sd < known_part(channel) * band     ? DQW_WATCH_KNOWN_WELL
                                        : !young && x.sd < KNOWN_BANDS * band ? DQW_WATCH_KNOWN
                                                                              : DQW_WATCH_NOT_KNOWN;
@@ -344,9 +338,10 @@ static void follow_residual(dqw_monitor *m)
 {
     const dqw_estimator *e = &m->estimator;
     if (!e->config->follow) return;
-    const float most = m->healthy.residual_pu2 * (met_fewer(m, YOUNG_SEGMENTS) ? RESIDUAL_RISE_YOUNG : RESIDUAL_RISE);
-    const bool at_once = met_fewer(m, NEW_SEGMENTS) || e->recent_pu2 < most;
-    if (e->recent_pu2 > m->healthy.residual_pu2) m->healthy.residual_pu2 = at_once ? e->recent_pu2 : most;
+    const float most = m->healthy.residual_pu2 * (e->segment.segments < NEW_SEGMENTS     ? RESIDUAL_RISE_NEW
+                                                  : e->segment.segments < YOUNG_SEGMENTS ? RESIDUAL_RISE_YOUNG
+                                                                                         : RESIDUAL_RISE);
+    if (e->recent_pu2 > m->healthy.residual_pu2) m->healthy.residual_pu2 = e->recent_pu2 < most ? e->recent_pu2 : most;
 }
 
 // What has just begun to show is judged by a segment of its own: a weight that moved along one operating point may be

@@ -230,12 +230,6 @@ static void follow_temperature(dqw_monitor_q15 *m)
     if (m->healthy.weight_q24[DQW_PSI] < coldest) m->healthy.weight_q24[DQW_PSI] = coldest;
 }
 
-// Were so few segments met so far?
-static bool met_fewer(const dqw_monitor_q15 *m, uint32_t segments)
-{
-    return m->config->estimator.follow && m->estimator.segment.segments < segments;
-}
-
 // Size of a channel's change over its band, Q5; 0 where it is not known.
 static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
 {
@@ -250,7 +244,6 @@ static int32_t deviation_q5(const dqw_monitor_q15 *m, int channel)
         width = (int64_t)TEMPERATURE_BAND_K * ONE_Q16;
         over = dqw_monitor_rise_q16(m, R_q24) - dqw_q_round64(dqw_monitor_band_q24(m, channel), 8) + width;
     } else if (channel == DQW_WATCH_RESIDUAL) {
-        if (met_fewer(m, NEW_SEGMENTS)) return 0;
         over = dqw_q_root64((uint64_t)dqw_q_quotient64(m->estimator.recent_q54, m->healthy.residual_q54, 20));  // Q10
         width = dqw_monitor_band_q24(m, channel);
         n = 19;
@@ -375,7 +368,7 @@ static void settle(dqw_monitor_q15 *m, int channel)
     const int32_t band = dqw_monitor_band_of_q15(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned: not
     // within the first segment, at whose operating point weights may stand for one another.
-    const bool young = channel < DQW_WATCH_OFFSET && met_fewer(m, 1);
+    const bool young = m->config->estimator.follow && m->estimator.segment.segments == 0;
     enum dqw_watch_known known = DQW_WATCH_NOT_KNOWN;
     if (!young && within_part(x.sd, KNOWN_BANDS_Q15, band)) known = DQW_WATCH_KNOWN;
     if (within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;
@@ -396,9 +389,10 @@ static void follow_residual(dqw_monitor_q15 *m)
     const dqw_estimator_q15 *e = &m->estimator;
     if (!e->config->follow) return;
     const int64_t healthy = m->healthy.residual_q54;
-    const int64_t most = healthy + healthy / (met_fewer(m, YOUNG_SEGMENTS) ? 10 : 200);
-    const bool at_once = met_fewer(m, NEW_SEGMENTS) || e->recent_q54 < most;
-    if (e->recent_q54 > healthy) m->healthy.residual_q54 = at_once ? e->recent_q54 : most;
+    const int64_t most = e->segment.segments < NEW_SEGMENTS
+                             ? INT64_MAX
+                             : healthy + healthy / (e->segment.segments < YOUNG_SEGMENTS ? 10 : 200);
+    if (e->recent_q54 > healthy) m->healthy.residual_q54 = e->recent_q54 < most ? e->recent_q54 : most;
 }
 
 // What has just begun to show is judged by a segment of its own: a weight that moved along one operating point may be
