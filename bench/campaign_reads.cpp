@@ -10,6 +10,7 @@
 #include <exception>
 
 #include "app/job/logs.hpp"
+#include "app/job/monitor.hpp"
 #include "app/learn/inputs.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
@@ -135,7 +136,7 @@ int main(int argc, char** argv)
     }
     try {
         std::vector<std::string> notes;
-        const std::vector<dqw::Log> logs = dqw::read_logs(options.logs, options, true, notes);
+        const std::vector<dqw::Log> logs = dqw::logs_to_monitor(options, notes);
         const dqw::MonitorSetup setup = dqw::monitor_setup(logs, {});
         q15 ? run<Fixed>(logs.front(), setup, until_s) : run<Float>(logs.front(), setup, until_s);
     } catch (const std::exception& error) {
