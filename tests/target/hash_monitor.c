@@ -78,7 +78,7 @@ static uint32_t run(hash *h, bool lent)
     dqw_estimator_random_init_q15(&memory);
     stimulus_start(&s);
     hash_put(h, dqw_monitor_init_q15(m, &config));
-    for (int k = 1; k <= (lent ? 6000 : 25000); k++) {
+    for (int k = 1; k <= (lent ? 6000 : 40000); k++) {
         stimulus_next(&s);
         dqw_sample_q15 sample = stimulus_sample(&s);
         // From here on, much more flux.
