@@ -44,9 +44,9 @@ template <class Work> auto with_logs(const std::vector<Log>& logs, const Work& w
 }
 
 /// Brings a speed forward that is late beside the logs' angle, in place, and says so; `firmware`: that it must as well.
-/// `lag_s`: by how much, where that is known already. (E193)
+/// `known_s`: by how much, where that is known already. (E193)
 void bring_speed_forward(std::vector<Log>& logs, bool firmware, std::vector<std::string>& notes,
-                         std::optional<double> lag_s = {});
+                         std::optional<double> known_s = {});
 
 }  // namespace dqw
 #endif

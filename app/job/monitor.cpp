@@ -132,6 +132,8 @@ private:
         const bool rated = logs.front().machine.v_rated_V && logs.front().machine.i_rated_A &&
                            logs.front().machine.w_max_rad_s;
         with_logs(logs, [&] {
+            if (store_ && store_->dead_time_width_A > 0.0)
+                asked_.inputs.push_back({"dead_time", {store_->dead_time_width_A}, {}});
             setup_ = monitor_setup(logs, asked_);
             if (store_) take_from_store(*store_, options_.store_file, setup_);
             notes_.insert(notes_.end(), setup_.notes.begin(), setup_.notes.end());

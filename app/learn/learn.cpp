@@ -186,24 +186,32 @@ bool allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
     return true;
 }
 
-/// The same of a fit with a dead time, whose law has a width and a shape that fit: where it is another than the
-/// learners', which of the two is right nobody knows. (E187)
+/// A value's third deviation that is worth a note.
+bool tells(const Estimate& e, double sd)
+{
+    constexpr double kTelling = 0.02;
+    return 3.0 * sd > kTelling * std::abs(e.value);
+}
+
+/// Where what another estimator makes of a value is further away than both deviations allow, one of the two is wrong:
+/// all of it is in the deviation, and the name among those `apart` where that tells. (E187)
+void hold_beside(double value, double sd, Estimate& e, std::vector<std::string>& apart)
+{
+    constexpr double kBeyond = 3.0;  // deviations
+    const double by = value - e.value;
+    if (!(std::abs(by) > kBeyond * std::hypot(sd, e.sd))) return;
+    e.sd = std::hypot(e.sd, by);
+    if (tells(e, std::abs(by)) && std::find(apart.begin(), apart.end(), e.name) == apart.end()) apart.push_back(e.name);
+}
+
+/// Beside a fit with a dead time, whose law has a width and a shape that fit.
 void hold_beside_a_loss(const std::vector<Log>& logs, Learned& learned, std::vector<std::string>& apart)
 {
-    constexpr double kTelling = 0.02, kBeyond = 3.0;
     if (!std::all_of(logs.begin(), logs.end(), has_angle)) return;
     const std::optional<NamedLook> fit = look_at_named(logs, {"dead_time"}, learned.model.pole_pairs);
     if (!fit) return;
-    for (Estimate& e : learned.result.parameters) {
-        const Eigen::Index at = index_of(e);
-        if (at < 0) continue;
-        const double by = fit->value[at] - e.value;
-        if (!(std::abs(by) > kBeyond * std::hypot(fit->sd[at], e.sd))) continue;
-        e.sd = std::hypot(e.sd, by);
-        if (3.0 * std::abs(by) > kTelling * std::abs(e.value) &&
-            std::find(apart.begin(), apart.end(), e.name) == apart.end())
-            apart.push_back(e.name);
-    }
+    for (Estimate& e : learned.result.parameters)
+        if (const Eigen::Index at = index_of(e); at >= 0) hold_beside(fit->value[at], fit->sd[at], e, apart);
 }
 
 /// What a plain fit of the same logs knows and blocks do not: a filter of the currents, and, where no dead time is
@@ -212,7 +220,6 @@ void hold_beside_a_loss(const std::vector<Log>& logs, Learned& learned, std::vec
 /// `comparable`: the learners' model is the fit's, or has a dead time more; `said`: that a loss shows. (E166), (E187)
 void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learns_loss, bool said, Learned& learned)
 {
-    constexpr double kTelling = 0.02, kBeyond = 3.0;
     const std::optional<PlainLook> fit = plain_look(logs, learned.model.pole_pairs);
     if (!fit) return;
     bool filtered = false, lossy = false;
@@ -220,20 +227,15 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
     for (Estimate& e : learned.result.parameters) {
         const Eigen::Index at = index_of(e);
         if (at < 0) continue;
-        const auto telling = [&](double sd) { return 3.0 * sd > kTelling * std::abs(e.value); };
-        const double by = fit->value[at] - e.value;
         if (fit->filtered) {
-            filtered = filtered || telling(fit->hidden.filter_sd[at]);
+            filtered = filtered || tells(e, fit->hidden.filter_sd[at]);
             e.sd = std::hypot(e.sd, fit->hidden.filter_sd[at]);
         }
-        if (!learns_loss && telling(fit->hidden.loss_sd[at])) {
+        if (!learns_loss && tells(e, fit->hidden.loss_sd[at])) {
             lossy = true;
             e.sd = std::hypot(e.sd, fit->hidden.loss_sd[at]);
         }
-        if (comparable && std::abs(by) > kBeyond * std::hypot(fit->sd[at], e.sd)) {
-            e.sd = std::hypot(e.sd, by);
-            if (telling(std::abs(by))) apart.push_back(e.name);
-        }
+        if (comparable) hold_beside(fit->value[at], fit->sd[at], e, apart);
     }
     if (learns_loss && comparable) hold_beside_a_loss(logs, learned, apart);
     if (filtered)

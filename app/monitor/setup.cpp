@@ -17,6 +17,7 @@
 #include "app/learn/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
+#include "ref/log/piece.hpp"
 
 namespace dqw {
 namespace {
@@ -40,14 +41,7 @@ Log beginning(const Log& log)
 {
     const auto wanted = static_cast<std::size_t>(std::min(std::ceil(kFirst_s / log.dt_s), 1e9));
     const std::size_t rows = std::min(std::max(wanted, kFirstRows), log.rows() / 2);
-    Log first;
-    first.path = log.path, first.regime = log.regime, first.machine = log.machine, first.dt_s = log.dt_s;
-    first.modulation = log.modulation, first.observed = log.observed;
-    first.voltage_error_V = log.voltage_error_V, first.voltage_scale = log.voltage_scale;
-    for (const ColumnInfo& c : columns) {
-        const std::vector<double>& all = log.*(c.values);
-        if (!all.empty()) (first.*(c.values)).assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(rows));
-    }
+    Log first = copies_of({{&log, 0, rows, log.dt_s}}).front();
     first.segments.clear();
     for (const std::size_t s : log.segments)
         if (s < rows) first.segments.push_back(s);

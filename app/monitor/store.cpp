@@ -234,8 +234,6 @@ void take_from_store(const MonitorStore& store, const std::string& path, Monitor
         throw InputError(path, 1,
                          "written with other effects; expected the same --effect and --config, or another file");
     setup.inputs = store.inputs;
-    if (store.dead_time_width_A > 0.0)
-        setup.config.estimator.dead_time_width_A = static_cast<float>(store.dead_time_width_A);
 }
 
 }  // namespace dqw

@@ -12,7 +12,7 @@ namespace dqw {
 /// By how much the speed of dynamic logs is late beside their angle, which is a sensor's. (E193)
 ///
 /// Returns  s; 0: not by more than two rows, not told, or there is no such angle
-/// Cost     a pass
+/// Cost     three passes
 double speed_lag_s(const std::vector<Log>& logs);
 
 /// Brings a late speed forward, `w + lag dw/dt`, row by row and from one piece of a log to the next.

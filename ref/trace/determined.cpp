@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "ref/log/symmetric.hpp"
-#include "ref/model/open_circuit.hpp"
 #include "ref/trace/column_noise.hpp"
 #include "ref/trace/shapes.hpp"
 

@@ -196,7 +196,12 @@ std::optional<NamedLook> look_at_named(const std::vector<Log>& logs, const Names
     if (rows_of(pieces) < kWindow) return {};
     std::vector<Log> windows = copies_of(spread_sample(pieces, kRows, kWindow));
     for (Log& log : windows) log.machine.pole_pairs = pole_pairs;
-    const auto setup = trace_setup(windows, effects, Variant::usual);
+    std::unique_ptr<TraceSetup> setup;
+    try {
+        setup = trace_setup(windows, effects, Variant::usual);
+    } catch (const std::invalid_argument&) {
+        return {};
+    }
     const Refined refined = fit_named(*setup, effects, {});
     if (!refined.ok || refined.point.base.size() != 4 || !(refined.point.base.head(3).minCoeff() > 0.0)) return {};
     const Replanned all(*setup->full, all_seen(*setup->full));

@@ -29,8 +29,8 @@ struct NamedLook {
     Eigen::Vector4d value, sd;
 };
 
-/// The same fit of at most 20 000 of dynamic logs' rows, their pole pairs known. Returns nothing where they are too few, it does not converge or
-/// ends as no machine.
+/// The same fit of at most 20 000 of dynamic logs' rows, their pole pairs known. Returns nothing where they are too few,
+/// where it does not converge, or ends as no machine.
 std::optional<NamedLook> look_at_named(const std::vector<Log>& logs, const std::vector<std::string>& effects,
                                        double pole_pairs);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "monitor_command.hpp"
+#include "slow_edges.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -398,28 +399,8 @@ static void what_has_just_been_switched_on_is_no_fault(void)
 static void dead_time_has_the_width_that_leaves_least(void)
 {
     const Folder folder;
-    std::vector<std::string> args = {"sim", "drive_clamped", "--seed", "60547", "--out", folder / ""};
-    for (const char* set : {"inverter.node_F=6.4e-9",
-                            "inverter.dead_time_s=1.6e-6",
-                            "inverter.switch_V=0",
-                            "inverter.switch_ohm=0",
-                            "inverter.diode_V=0",
-                            "inverter.diode_ohm=0",
-                            "inverter.knee_A=0",
-                            "inverter.modulation=clamped_60",
-                            "inverter.dead_side=both",
-                            "profile.i_d_A=-0.92",
-                            "profile.i_d_A.random=0",
-                            "profile.speed_rad_s=33",
-                            "profile.speed_rad_s.wave=112",
-                            "profile.speed_rad_s.wave_period_s=1.5",
-                            "profile.speed_rad_s.shape=square",
-                            "profile.load_Nm.random=1.96",
-                            "profile.load_Nm.random_hold_s=0.04",
-                            "sensing.speed_bandwidth_rad_s=1450",
-                            "method=rk4",
-                            "duration_s=6"})
-        args.insert(args.end(), {"--set", set});
+    std::vector<std::string> args = {"sim", "drive_clamped", "--out", folder / ""};
+    for (const std::string& set : kSlowEdges) args.insert(args.end(), {"--set", set});
     TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
     const Outcome run = monitor({folder / "drive_clamped.csv", "--out", folder / "o"});
     holds(run.err, "dead_time: a width of 1.2");

@@ -15,6 +15,7 @@
 #include "ref/fit/fit.hpp"
 #include "ref/trace/named.hpp"
 #include "simulated.hpp"
+#include "slow_edges.hpp"
 #include "unity.h"
 
 void setUp(void) {}
@@ -461,27 +462,7 @@ void a_loss_that_a_fit_knows_is_in_the_deviations()
 /// is free makes another is in the deviation. (E187)
 void a_loss_of_another_law_is_in_the_deviations()
 {
-    const auto log = simulated("drive_clamped", {"seed=60547",
-                                                 "inverter.node_F=6.4e-9",
-                                                 "inverter.dead_time_s=1.6e-6",
-                                                 "inverter.switch_V=0",
-                                                 "inverter.switch_ohm=0",
-                                                 "inverter.diode_V=0",
-                                                 "inverter.diode_ohm=0",
-                                                 "inverter.knee_A=0",
-                                                 "inverter.modulation=clamped_60",
-                                                 "inverter.dead_side=both",
-                                                 "profile.i_d_A=-0.92",
-                                                 "profile.i_d_A.random=0",
-                                                 "profile.speed_rad_s=33",
-                                                 "profile.speed_rad_s.wave=112",
-                                                 "profile.speed_rad_s.wave_period_s=1.5",
-                                                 "profile.speed_rad_s.shape=square",
-                                                 "profile.load_Nm.random=1.96",
-                                                 "profile.load_Nm.random_hold_s=0.04",
-                                                 "sensing.speed_bandwidth_rad_s=1450",
-                                                 "method=rk4",
-                                                 "duration_s=6"});
+    const auto log = simulated("drive_clamped", kSlowEdges);
     dqw::LearnOptions plain, allows;
     plain.inputs = allows.inputs = {{"dead_time", {}, {}}};
     allows.allow_for_hidden_loss = true;

@@ -10,6 +10,7 @@
 #include "ref/trace/named.hpp"
 #include "ref/trace/trace.hpp"
 #include "simulated.hpp"
+#include "slow_edges.hpp"
 #include "unity.h"
 
 extern "C" void setUp(void) {}
@@ -63,27 +64,7 @@ void dead_time_does_not_stay_in_R()
 /// more than it is, and its deviation says so. (E111), (E114)
 void a_loss_of_another_law_is_in_the_deviations()
 {
-    const std::vector<Log> logs{simulated("drive_clamped", {"seed=60547",
-                                                            "inverter.node_F=6.4e-9",
-                                                            "inverter.dead_time_s=1.6e-6",
-                                                            "inverter.switch_V=0",
-                                                            "inverter.switch_ohm=0",
-                                                            "inverter.diode_V=0",
-                                                            "inverter.diode_ohm=0",
-                                                            "inverter.knee_A=0",
-                                                            "inverter.modulation=clamped_60",
-                                                            "inverter.dead_side=both",
-                                                            "profile.i_d_A=-0.92",
-                                                            "profile.i_d_A.random=0",
-                                                            "profile.speed_rad_s=33",
-                                                            "profile.speed_rad_s.wave=112",
-                                                            "profile.speed_rad_s.wave_period_s=1.5",
-                                                            "profile.speed_rad_s.shape=square",
-                                                            "profile.load_Nm.random=1.96",
-                                                            "profile.load_Nm.random_hold_s=0.04",
-                                                            "sensing.speed_bandwidth_rad_s=1450",
-                                                            "method=rk4",
-                                                            "duration_s=6"})};
+    const std::vector<Log> logs{simulated("drive_clamped", kSlowEdges)};
     const EffectFit f = dqw::fit_effects(logs, {"dead_time"}, {});
     const dqw::Estimate& R = entry(f.result.parameters, "R_ohm");
     const double off = std::abs(R.value - 0.9);
