@@ -61,12 +61,16 @@ EdgeLoss lost_at_edges(const Pulsed& p, double loss_V, double width_A)
     for (int pass = 0; pass < kPasses; ++pass)
         for (int k = 0; k < count; ++k) {
             Edge& e = edges[k];
-            double i_A = e.i_A;
-            for (int n = 0; n < count; ++n) i_A -= by_other_A[k][n] * edges[n].lost;
+            // A start that is off by one is off by less at an edge once the leg's other one has taken its part.
+            double i_A = e.i_A, by_start = 1.0;
+            for (int n = 0; n < count; ++n) {
+                i_A -= by_other_A[k][n] * edges[n].lost;
+                if (edges[n].leg == e.leg) by_start -= by_other_A[k][n] * edges[n].slope;
+            }
             const double half_A = 0.5 * std::abs(flux_Vs) * p.per_H[e.leg][e.leg], wide_A = half_A + width_A;
             const double x = (i_A + (e.rises ? -half_A : half_A)) / wide_A, sign = std::clamp(x, -1.0, 1.0);
             e.lost = 0.5 * (e.rises ? sign + 1.0 : sign - 1.0);
-            e.slope = std::abs(x) < 1.0 ? 0.5 / wide_A : 0.0;
+            e.slope = std::abs(x) < 1.0 ? 0.5 / wide_A * by_start : 0.0;
         }
     for (int k = 0; k < count; ++k)
         out.mean[edges[k].leg] += edges[k].lost, out.by_start[edges[k].leg] += edges[k].slope;

@@ -108,10 +108,11 @@ void add_hidden(const Task& task, const std::vector<Piece>& pieces, const Eigen:
             for (Eigen::Index j = 0; j < n; ++j)
                 information(i, j) += total(columns[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]);
     }
-    const Eigen::VectorXd variance = s.sigma.cwiseAbs2(),
-                          weight = averaged ? Eigen::VectorXd(rows * variance.cwiseInverse())
-                                            : coherent_weight(task.logs, at, variance, rows),
-                          hidden = coherent_deviations(model, at, information, weight);
+    const Eigen::VectorXd variance = s.sigma.cwiseAbs2();
+    const LastingVolt volt = averaged
+                                 ? LastingVolt{rows * variance.cwiseInverse(), Eigen::VectorXd::Zero(variance.size())}
+                                 : lasting_volt(task.logs, at, variance, rows);
+    const Eigen::VectorXd hidden = coherent_deviations(model, at, information, volt);
     for (Eigen::Index j = 0; j < 4; ++j) {
         Assessment& a = covariance.each[static_cast<std::size_t>(j)];
         if (a.verdict != Verdict::determined) continue;

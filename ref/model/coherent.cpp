@@ -145,7 +145,7 @@ Eigen::VectorXd moved_by_steps(const Model& model, const std::vector<Point>& poi
 }  // namespace
 
 Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const Eigen::MatrixXd& information,
-                                    const Eigen::VectorXd& weight)
+                                    const LastingVolt& volt)
 {
     constexpr double kStep = 1e-3;  // of a value: the residual is linear in all but shapes
     const Eigen::Index n = at.columns(), first = at.base.size(), last = first + at.gain.size();
@@ -201,13 +201,16 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
         if (++gathered == kChunk) flush();
     });
     flush();
-    for (std::size_t c = 0; c < channels; ++c)
+    for (std::size_t c = 0; c < channels; ++c) {
+        const auto axis = static_cast<Eigen::Index>(c);
         for (std::size_t j = 0; j < moved[c].size(); ++j) {
-            double worst = 0.0;
-            for (std::size_t scale = 0; scale < kScales; ++scale)
-                worst = std::max(worst, lasting[c][scale].value() * moved[c][j][scale].value());
-            square[static_cast<Eigen::Index>(j)] += worst * std::pow(weight[static_cast<Eigen::Index>(c)], 2);
+            double worst = 0.0, rows = kRows;
+            for (std::size_t scale = 0; scale < kScales; ++scale, rows *= kLonger)
+                worst = std::max(worst, std::pow(1.0 - std::pow(volt.kept[axis], rows), 4) * lasting[c][scale].value() *
+                                            moved[c][j][scale].value());
+            square[static_cast<Eigen::Index>(j)] += worst * std::pow(volt.weight[axis], 2);
         }
+    }
     if (brief) {
         const Eigen::VectorXd far = moved_by_steps(model, points, steps);
         // An effect's own weights stay: iron loss is as good as such a step, and its rivals judge that.
@@ -217,19 +220,19 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
     return square.cwiseSqrt();
 }
 
-Eigen::VectorXd coherent_weight(const std::vector<Log>& logs, const Point& at, const Eigen::VectorXd& variance,
-                                double rows)
+LastingVolt lasting_volt(const std::vector<Log>& logs, const Point& at, const Eigen::VectorXd& variance, double rows)
 {
-    Eigen::VectorXd weight(2);
+    LastingVolt volt{Eigen::VectorXd(2), Eigen::VectorXd(2)};
     const double dt_s = logs.front().dt_s;
     for (int axis : {0, 1}) {
         const double L = at.base[1 + axis], g = std::clamp(at.gain[axis], 0.0, 1.0),
                      decay = std::exp(-std::abs(at.base[0]) * dt_s / L);
         // What each row gets, summed up until the gain and the winding have forgotten it.
-        const double volt_A = dt_s / L / (1.0 - decay * (1.0 - g));
-        weight[axis] = rows * volt_A * volt_A / std::max(variance[axis], kLeast);
+        volt.kept[axis] = decay * (1.0 - g);
+        const double volt_A = dt_s / L / (1.0 - volt.kept[axis]);
+        volt.weight[axis] = rows * volt_A * volt_A / std::max(variance[axis], kLeast);
     }
-    return weight;
+    return volt;
 }
 
 }  // namespace dqw

@@ -58,6 +58,8 @@ bool has(const Point& at, const std::string& name)
     return std::any_of(at.terms.begin(), at.terms.end(), [&](const Term& t) { return name == name_of(t.input.law); });
 }
 
+bool gives_back(const Candidate& c) { return c.inputs.front().law == Law::dead_given_back; }
+
 bool bends_iron(const std::string& name)
 {
     return name == name_of(Law::saturation) || name == name_of(Law::cross_saturation);
@@ -710,10 +712,18 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         const Tried* taken = nullptr;
         for (const Tried& t : tried)
             if (n == 0 && t.refined.ok) s.fitted.push_back({t.name, t.over});
-        for (const Tried& t : tried) {
+        for (Tried& t : tried) {
             if (!t.refined.ok || !told(model, t.over, s.best.point, t.refined.point, options)) continue;
             if (taken && !stands_before(t, *taken)) continue;
-            const std::string why = options.veto ? options.veto(t.refined.point) : std::string();
+            std::string why = options.veto ? options.veto(t.refined.point) : std::string();
+            if (!why.empty() && gives_back(t.candidate) && options.settle) {
+                // What takes the whole of an inverter's loss, and finds nothing given back, is that loss.
+                Refined settled = options.settle(t.refined);
+                const Better over = better(model, s.best.left, settled.left);
+                if (settled.ok && options.veto(settled.point).empty() &&
+                    told(model, over, s.best.point, settled.point, options))
+                    t.refined = std::move(settled), t.over = over, why.clear();
+            }
             if (!why.empty()) {
                 s.vetoed.push_back({t.name, why});
                 continue;

@@ -141,7 +141,7 @@ Eigen::VectorXd whole_deviations(const TraceSetup& setup, const Model& model, co
     Eigen::VectorXd variance;
     const Eigen::MatrixXd information = seen_information(model, refined, variance, rows);
     const Eigen::VectorXd hidden = coherent_deviations(model, refined.point, information,
-                                                       coherent_weight(*setup.logs, refined.point, variance, rows));
+                                                       lasting_volt(*setup.logs, refined.point, variance, rows));
     for (Eigen::Index j = 0; j < sd.size(); ++j) sd[j] = std::hypot(sd[j], hidden[j]);
     return sd;
 }

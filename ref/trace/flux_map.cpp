@@ -442,7 +442,7 @@ Eigen::MatrixXd hidden_in_plain(const TraceSetup& setup, const Model& model, con
     const Eigen::Index others = n - plain;
     information.bottomRows(others).setZero(), information.rightCols(others).setZero();
     const Eigen::VectorXd each = coherent_deviations(model, r.point, information,
-                                                     coherent_weight(*setup.logs, r.point, variance, rows));
+                                                     lasting_volt(*setup.logs, r.point, variance, rows));
     const Eigen::MatrixXd shape = information.topLeftCorner(plain, plain).inverse();
     const Eigen::VectorXd by = each.head(plain).cwiseQuotient(shape.diagonal().cwiseMax(1e-300).cwiseSqrt());
     if (by.allFinite()) out.topLeftCorner(plain, plain) = by.asDiagonal() * shape * by.asDiagonal();

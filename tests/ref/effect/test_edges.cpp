@@ -118,6 +118,28 @@ void pulses_shorter_than_the_dead_time()
     }
 }
 
+/// What a start more or less changes of a leg's loss, by difference: where the current turns at both edges the first
+/// takes what the second then lacks, and a current held at zero forgets where it came from rather than turning over.
+void a_start_that_is_off_is_off_by_less()
+{
+    constexpr double kLoss_V = 4.8, kStep_A = 1e-6;
+    const double duty[3] = {0.5, 0.47, 0.52}, emf_V[3] = {0.1, -0.6, 0.5};
+    int both = 0;
+    for (double i_A = -9.0; i_A < 9.0; i_A += 0.113) {
+        const auto lost = [&](double own_A) {
+            return dqw::lost_at_edges(period_of(0.4, {own_A, 30.0, -30.0 - own_A}, duty, emf_V), kLoss_V, 0.0);
+        };
+        const dqw::Pulsed p = period_of(0.4, {i_A, 30.0, -30.0 - i_A}, duty, emf_V);
+        const double by_start = lost(i_A).by_start[0],
+                     by_difference = (lost(i_A + kStep_A).mean[0] - lost(i_A - kStep_A).mean[0]) / (2.0 * kStep_A),
+                     whole = 1.0 / (kLoss_V * kT_s * p.per_H[0][0]);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole, by_difference, by_start);
+        TEST_ASSERT_TRUE(by_start >= -1e-9 * whole && by_start <= (1.0 + 1e-9) * whole);
+        both += by_start > 0.1 * whole;
+    }
+    TEST_ASSERT_GREATER_THAN(20, both);
+}
+
 /// A leg that rests stands on its rail, whatever rounds.
 void a_resting_leg_has_no_duty_between()
 {
@@ -163,6 +185,7 @@ int main(void)
     RUN_TEST(edges_within_a_dead_time);
     RUN_TEST(a_leg_that_rests);
     RUN_TEST(pulses_shorter_than_the_dead_time);
+    RUN_TEST(a_start_that_is_off_is_off_by_less);
     RUN_TEST(a_resting_leg_has_no_duty_between);
     RUN_TEST(slopes_and_no_link);
     return UNITY_END();
