@@ -268,7 +268,7 @@ static enum dqw_why sees(const dqw_monitor *m, int channel, float *least)
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat(m)) return DQW_WHY_UNSETTLED;
         *least = dqw_monitor_band(m, channel) +
-                 ONE_SIDED * dqw_estimator_read(e, DQW_R).sd / (m->healthy.cold_R_ohm * dqw_monitor_alpha(m));
+                 ONE_SIDED * dqw_estimator_read(e, DQW_R).sd_change / (m->healthy.cold_R_ohm * dqw_monitor_alpha(m));
         return DQW_WHY_IN_SERVICE;
     }
     if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) return DQW_WHY_UNSETTLED;

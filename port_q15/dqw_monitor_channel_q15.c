@@ -332,7 +332,7 @@ static enum dqw_why sees(const dqw_monitor_q15 *m, int channel, int64_t *least)
     // [CHN.5] what is known well enough: a temperature where R is to its band
     if (channel == DQW_WATCH_TEMPERATURE) {
         if (!dqw_monitor_knows_heat_q15(m)) return DQW_WHY_UNSETTLED;
-        const int64_t sd_q24 = dqw_estimator_read_q15(e, DQW_R).sd_q40 >> 16;
+        const int64_t sd_q24 = dqw_estimator_read_q15(e, DQW_R).sd_change_q40 >> 16;
         *least = dqw_monitor_band_q24(m, channel) * 65536 +
                  dqw_monitor_q40_of(channel, kelvin_q16(m, sd_q24 * ONE_SIDED_PARTS / 100));
         return DQW_WHY_IN_SERVICE;

@@ -17,6 +17,7 @@
 #include "app/learn/modulation.hpp"
 #include "app/learn/parts.hpp"
 #include "app/learn/signals.hpp"
+#include "app/read/voltage_fit.hpp"
 #include "ref/log/piece.hpp"
 
 namespace dqw {
@@ -105,27 +106,60 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
                         list(guessed), span_s));
 }
 
+/// Whether a dead time shows at all.
+bool shows_loss(const Learned& learned)
+{
+    constexpr double kTold = 3.0;  // deviations
+    const Estimate* const loss = learned.effects.empty()
+                                     ? nullptr
+                                     : find_estimate(learned.effects.front().parameters, "voltage_V");
+    return loss != nullptr && std::abs(loss->value) > kTold * loss->sd;
+}
+
+/// By how much a width anywhere within an octave to either side moves R, as the blocks of so many rows leave it open.
+double moved_by_octaves(const Learned& half, const Learned& here, const Learned& twice)
+{
+    constexpr double kOfAnOctave = 0.58;  // an even spread of two
+    const auto R_of = [](const Learned& l) { return find_estimate(l.result.parameters, "R_ohm"); };
+    const Estimate* const at = R_of(here);
+    double most_ohm = 0.0;
+    for (const Learned* const side : {&half, &twice})
+        if (const Estimate* const R = R_of(*side); at != nullptr && R != nullptr)
+            most_ohm = std::max(most_ohm, std::abs(R->value - at->value));
+    return kOfAnOctave * most_ohm;
+}
+
 /// Dead time's width, where nobody says it: of the usual one and those an octave and more apart the one that leaves
-/// least of the log's first seconds; the usual one where that is hardly less.
+/// least of the log's first seconds; the usual one where that is hardly less. What the next ones make of R is a voltage
+/// that no residual shows.
 void set_width(const Log& log, MonitorSetup& setup)
 {
     constexpr double kHardly = 0.97;
+    dqw_estimator_config& c = setup.config.estimator;
     const Log first = beginning(log);
     const auto with = [&](const std::vector<double>& shape) {
         LearnOptions options;
         options.inputs = {{"dead_time", shape, {}}};
-        options.start.pole_pairs = setup.config.estimator.pole_pairs;
+        options.start.pole_pairs = c.pole_pairs;
         return learn_all({first}, options);
     };
     try {
-        const Learned free = with({}), usual = with({static_cast<double>(setup.config.estimator.dead_time_width_A)});
-        if (free.effects.empty() || !(free.result.residual_rms < kHardly * usual.result.residual_rms)) return;
-        const double width_A = free.inputs.front().shape[0];
-        setup.config.estimator.dead_time_width_A = static_cast<float>(width_A);
-        setup.notes.push_back(
-            fmt::format("dead_time: a width of {:.3g} A, of those an octave apart, leaves least of the "
-                        "log's first {:.3g} s",
-                        width_A, static_cast<double>(first.rows()) * log.dt_s));
+        double width_A = static_cast<double>(c.dead_time_width_A);
+        const Learned free = with({});
+        Learned here = with({width_A});
+        if (free.inputs.empty() || free.inputs.front().shape.empty()) return;
+        if (free.result.residual_rms < kHardly * here.result.residual_rms) {
+            width_A = free.inputs.front().shape[0], here = with({width_A});
+            c.dead_time_width_A = static_cast<float>(width_A);
+            setup.notes.push_back(
+                fmt::format("dead_time: a width of {:.3g} A, of those an octave apart, leaves least of the "
+                            "log's first {:.3g} s",
+                            width_A, static_cast<double>(first.rows()) * log.dt_s));
+        }
+        if (!shows_loss(here)) return;
+        const double moved_ohm = moved_by_octaves(with({0.5 * width_A}), here, with({2.0 * width_A}));
+        const double i_A = std::hypot(rms(first.i_d_A.data(), first.rows()), rms(first.i_q_A.data(), first.rows()));
+        c.voltage_error_V = static_cast<float>(std::hypot(log.voltage_error_V, moved_ohm * i_A));
     } catch (const std::invalid_argument&) {
         // Too few rows to learn from tell no width.
     }
