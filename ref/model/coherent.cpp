@@ -99,6 +99,21 @@ bool is_foretold(const Model& model, const Point& at)
     return std::max(found.part[0], found.part[1]) > kForetold;
 }
 
+/// Of an effect's weights, which may be nothing: ten times what white noise alone makes of each. A row in which another
+/// leg begins to rest jumps, and over less would pass for a slope.
+Eigen::VectorXd least_steps(const Point& at, const Eigen::MatrixXd& information)
+{
+    constexpr double kDeviations = 10.0;
+    Eigen::VectorXd least = Eigen::VectorXd::Zero(at.columns());
+    Eigen::Index j = at.base.size() + at.gain.size();
+    for (const Term& t : at.terms) {
+        for (int w = 0; w < weights_of(t.input.law); ++w, ++j)
+            if (information(j, j) > 0.0) least[j] = kDeviations / std::sqrt(information(j, j));
+        j += free_shapes_of(t.input);
+    }
+    return least;
+}
+
 /// How far least squares on means over 20 rows, in which noise of currents is small, puts each column from
 /// `points.front()`, where steps of both voltages, this row's and three before, and the voltage across, by speed, are
 /// inputs too: what a voltage or a current of another instant leaves. `points`: it, and those with one column moved.
@@ -163,6 +178,7 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
     const bool brief = channels == 2 && is_foretold(model, at);
     if (!(most > 0.0) && !brief) return square;
 
+    const Eigen::VectorXd least = least_steps(at, information);
     // The point, and those with one value moved.
     std::vector<Point> points{at};
     std::vector<Eigen::Index> column;
@@ -170,7 +186,7 @@ Eigen::VectorXd coherent_deviations(const Model& model, const Point& at, const E
     for (Eigen::Index j = 0; j < n; ++j) {
         if ((j >= first && j < last) || !(information(j, j) > 0.0)) continue;
         Eigen::VectorXd to = at.values();
-        steps.push_back(std::max(std::abs(to[j]) * kStep, 1e-9));
+        steps.push_back(std::max({std::abs(to[j]) * kStep, 1e-9, least[j]}));
         to[j] += steps.back();
         column.push_back(j);
         points.push_back(at);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "ref/log/symmetric.hpp"
 #include "ref/trace/column_noise.hpp"
@@ -73,6 +74,7 @@ void mark_undetermined(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical,
     const Symmetric eigen(size.asDiagonal() * m * size.asDiagonal());
     for (std::size_t j = 0; j < base.size(); ++j) {
         const auto column = static_cast<Eigen::Index>(j);
+        std::set<int> partners;  // of several directions each once
         if (!(effect(column) > kNoEffect * largest)) {
             base[j].verdict = Verdict::no_effect;
             continue;
@@ -83,7 +85,8 @@ void mark_undetermined(const Eigen::MatrixXd& m, const Eigen::VectorXd& typical,
             for (Eigen::Index other = 0; other < v.size(); ++other)
                 if (other != column && std::abs(v[other]) >= kPartner &&
                     !names[static_cast<std::size_t>(other)].empty())
-                    base[j].partners.push_back(static_cast<int>(other));
+                    partners.insert(static_cast<int>(other));
+            base[j].partners.assign(partners.begin(), partners.end());
             base[j].verdict = base[j].partners.empty() ? Verdict::uncertain : Verdict::collinear;
         }
     }
