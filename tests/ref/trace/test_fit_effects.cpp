@@ -77,6 +77,60 @@ void a_loss_of_another_law_is_in_the_deviations()
     }
 }
 
+/// Switches that lose a dead time and nothing else, and currents that stay within its edges at each turn of their sign:
+/// the derivatives stay as small as what they are of, and a row in which another leg begins to rest is no slope. (E172)
+void sharp_edges_tell_the_machine()
+{
+    std::vector<std::string> settings = {"seed=60550",
+                                         "inverter.dead_time_s=1.57e-6",
+                                         "inverter.modulation=clamped_low",
+                                         "inverter.dead_side=both",
+                                         "profile.speed_rad_s=12",
+                                         "profile.speed_rad_s.wave=68",
+                                         "profile.speed_rad_s.wave_period_s=1.48",
+                                         "profile.speed_rad_s.shape=triangle",
+                                         "profile.load_Nm.random=2.65",
+                                         "profile.load_Nm.random_hold_s=0.16",
+                                         "profile.i_d_A=0",
+                                         "profile.i_d_A.random=0",
+                                         "sensing.speed_bandwidth_rad_s=0",
+                                         "method=rk4",
+                                         "duration_s=3"};
+    for (const char* none : {"inverter.node_F",
+                             "inverter.switch_V",
+                             "inverter.switch_ohm",
+                             "inverter.diode_V",
+                             "inverter.diode_ohm",
+                             "inverter.knee_A",
+                             "inverter.source_ohm",
+                             "inverter.link_F",
+                             "inverter.ripple_V",
+                             "inverter.compare_counts",
+                             "nonideal.iron_loss_S",
+                             "nonideal.iron_hysteresis_S_rad_s",
+                             "nonideal.winding_alpha_per_K",
+                             "nonideal.magnet_beta_per_K",
+                             "sensing.filter_s",
+                             "machine.winding_heat_J_K",
+                             "machine.magnet_heat_J_K",
+                             "machine.housing_heat_J_K",
+                             "machine.winding_housing_W_K",
+                             "machine.magnet_housing_W_K",
+                             "machine.housing_ambient_W_K"})
+        settings.push_back(std::string(none) + "=0");
+    const EffectFit f = dqw::fit_effects({simulated("drive_clamped", settings)}, {"dead_time"}, {});
+    const struct {
+        const char* name;
+        double truth, most_sd;
+    } machine[] = {{"R_ohm", 0.9, 0.03}, {"Ld_H", 2.2e-3, 1e-3}, {"Lq_H", 2.8e-3, 5e-4}, {"psi_Wb", 0.12, 5e-4}};
+    for (const auto& m : machine) {
+        const dqw::Estimate& e = entry(f.result.parameters, m.name);
+        TEST_ASSERT_TRUE_MESSAGE(std::abs(e.value - m.truth) < 2.0 * e.sd && e.sd < m.most_sd,
+                                 (e.name + ": " + std::to_string(e.value) + " +- " + std::to_string(e.sd)).c_str());
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * m.truth, m.truth, e.value, m.name);
+    }
+}
+
 /// A link that sags under a voltage that the log has as if it did not: no prediction of the current uses it, and ends at
 /// a machine beyond all bounds. What is published is of the means, and so are its deviations.
 void a_prediction_that_ends_nowhere_leaves_true_deviations()
@@ -347,6 +401,7 @@ int main()
     UNITY_BEGIN();
     RUN_TEST(dead_time_does_not_stay_in_R);
     RUN_TEST(a_loss_of_another_law_is_in_the_deviations);
+    RUN_TEST(sharp_edges_tell_the_machine);
     RUN_TEST(a_prediction_that_ends_nowhere_leaves_true_deviations);
     RUN_TEST(each_effect_reads_as_simulated);
     RUN_TEST(a_filter_that_is_no_small_one);
