@@ -3,10 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/log/median.hpp"
+#include "ref/model/electrical.hpp"
 #include "ref/model/foretold.hpp"
 #include "ref/search/solve.hpp"
 #include "ref/trace/rules.hpp"
@@ -75,17 +77,25 @@ double band_of_means(const std::vector<double>& x, const std::vector<std::size_t
     return median(chunks);
 }
 
-/// Variance of a block's mean over `rows` rows, told apart into noise A |1 - z|^2 of the state's sensor, white noise S,
-/// and the known noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W
-/// (sums of squares of the filters in a row: 252/70, 28/4/70; 20/25/6, 30/25/6, 25/25/6), solved for A and S.
-double block_variance(HighBand seen, double speed, double rows, double damped)
-{
-    double differenced = (seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933;
-    double white = 5.0 * (seen.fifth - 0.1333 * differenced - 0.1667 * speed);
-    if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.8333 * speed, 0.0);
-    if (white < 0.0) white = 0.0, differenced = std::max(seen.top - 0.1 * speed, 0.0) / 3.6;
-    return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
-}
+/// Noise of single rows, told apart into noise A |1 - z|^2 of the state's sensor and white noise S, beside the known
+/// noise W |1 + z|^2 / 4 of the speed sensor: top = 3.6 A + S + 0.1 W, fifth = 0.133 A + 0.2 S + 0.167 W (sums of squares
+/// of the filters in a row: 252/70, 28/4/70; 20/25/6, 30/25/6, 25/25/6), solved for A and S.
+struct Apart {
+    double differenced, white;
+
+    Apart(HighBand seen, double speed)
+        : differenced((seen.top - 5.0 * seen.fifth + 0.7333 * speed) / 2.933),
+          white(5.0 * (seen.fifth - 0.1333 * differenced - 0.1667 * speed))
+    {
+        if (differenced < 0.0) differenced = 0.0, white = std::max(5.0 * seen.fifth - 0.8333 * speed, 0.0);
+        if (white < 0.0) white = 0.0, differenced = std::max(seen.top - 0.1 * speed, 0.0) / 3.6;
+    }
+    /// Variance of a block's mean over `rows` rows.
+    double of_block(double speed, double rows, double damped) const
+    {
+        return 2.0 * differenced / (rows * rows) + differenced * damped * damped / rows + (white + speed) / rows;
+    }
+};
 
 /// Of a shaft: white noise S of the torque, and what the speed's sensor makes of its slope, a difference of white noise
 /// or, where the speed is itself a difference of angles, one of second order. Both are one, D, to means of m = n/10 rows
@@ -157,12 +167,49 @@ double take_followed(Singles& s)
     return std::max(found.part[0], found.part[1]);
 }
 
+Point without_dead_time(Point at)
+{
+    const auto is_it = [](const Term& t) { return is_dead_time(t.input.law); };
+    at.terms.erase(std::remove_if(at.terms.begin(), at.terms.end(), is_it), at.terms.end());
+    return at;
+}
+
+/// What noise of the currents, sd_A on each axis, makes of a dead time in a block, a mean square of both axes: where a
+/// leg's current turns, its loss changes by much within that noise. A few rows in a hundred, which no median sees. Of the
+/// rows that a search looks at, drawn once.
+double noise_of_dead_time(const TraceSetup& setup, const Point& at, const double (&sd_A)[2])
+{
+    const Point without = without_dead_time(at);
+    if (without.terms.size() == at.terms.size()) return 0.0;
+    const std::vector<Log> clean = copies_of(setup.search().plan().pieces);
+    std::vector<Log> noisy = clean;
+    std::vector<TraceColumns> columns;
+    std::mt19937_64 bits{1};
+    std::normal_distribution<double> normal;
+    for (Log& log : noisy) {
+        columns.push_back(trace_columns(log, setup.pole_pairs, setup.i_base_A, setup.span_s, log.dt_s));
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            log.i_d_A[k] += sd_A[0] * normal(bits), log.i_q_A[k] += sd_A[1] * normal(bits);
+    }
+    const auto moved = [&](const Point& point) {
+        const auto report = [&](const std::vector<Log>& logs) {
+            return ElectricalModel(logs, columns, setup.pole_pairs, {}, setup.rotor_held).report(point, 0);
+        };
+        const std::vector<ReportBlock> a = report(clean), b = report(noisy);
+        double square = 0.0;
+        for (std::size_t k = 0; k < a.size(); ++k)
+            for (int c : {0, 1}) square += std::pow(b[k].residual[c] - a[k].residual[c], 2);
+        return a.empty() ? 0.0 : square / static_cast<double>(2 * a.size());
+    };
+    return std::max(moved(at) - moved(without), 0.0);
+}
+
 double moving_floor(const TraceSetup& setup, const Point& at, const Singles& s)
 {
     const int channels = setup.full->channels();
     const double count = static_cast<double>(s.speed.size()), speed_noise = high_band(s.speed, s.starts).top,
                  rows = static_cast<double>(block_rows(setup.logs->front()));
-    double sum = 0.0;
+    double sum = 0.0, sd_A[2] = {};
     for (int c = 0; c < channels; ++c) {
         const double inertia = channels == 2 ? at.base[1 + c] : at.base[0],
                      drag = channels == 2 ? at.base[0] : at.base[1];
@@ -173,10 +220,12 @@ double moving_floor(const TraceSetup& setup, const Point& at, const Singles& s)
         double variance = channels == 1 && rows >= kShaftRows
                               ? shaft_block_variance(s.residual[c], s.starts, rows, damped)
                               : 0.0;
-        if (!(variance > 0.0)) variance = block_variance(high_band(s.residual[c], s.starts), w, rows, damped);
+        const Apart apart(high_band(s.residual[c], s.starts), w);
+        sd_A[c] = std::sqrt(apart.differenced) * s.dt_s / inertia;
+        if (!(variance > 0.0)) variance = apart.of_block(w, rows, damped);
         sum += variance;
     }
-    return std::sqrt(sum / channels);
+    return std::sqrt(sum / channels + (channels == 2 ? noise_of_dead_time(setup, at, sd_A) : 0.0));
 }
 
 Noise moving_noise(const TraceSetup& setup, const Point& at)

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "ref/trace/trace.hpp"
+#include "sharp_edges.hpp"
 #include "simulated.hpp"
 #include "unity.h"
 
@@ -61,6 +62,18 @@ void filter_of_the_currents_under_a_clamped_leg()
     is(1.0e-3, 2e-5, r.after.parameters, "Ld_H");
     is(1.4e-3, 3e-5, r.after.parameters, "Lq_H");
     is(0.02, 5e-5, r.after.parameters, "psi_Wb");
+}
+
+/// Noise of the currents turns over what a leg loses in the few rows where its current is about zero: what is left is
+/// noise, of that size.
+void a_dead_time_in_noise_is_no_structure()
+{
+    const TraceResult r = traced("drive_clamped", kSharpEdges);
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, r.effects.size());
+    is(5.02, 0.3, effect(r, "dead_time").parameters, "voltage_V");
+    is(0.9, 0.06, r.after.parameters, "R_ohm");
+    TEST_ASSERT_DOUBLE_WITHIN(0.25, 1.05, r.after.heldout_rms / r.noise_floor);
 }
 
 /// A tracking loop makes the speed of the encoder's angle: of two poles at w, it lags by 2/w.
@@ -126,6 +139,7 @@ void pulses_behind_a_filter_have_duties_of_their_own()
 int main()
 {
     UNITY_BEGIN();
+    RUN_TEST(a_dead_time_in_noise_is_no_structure);
     RUN_TEST(filter_of_the_currents_under_a_clamped_leg);
     RUN_TEST(loop_that_tracks_the_angle_is_a_filter_of_the_speed);
     RUN_TEST(filter_beside_a_filter_is_no_shift);

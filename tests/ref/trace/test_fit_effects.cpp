@@ -10,6 +10,7 @@
 #include "ref/trace/named.hpp"
 #include "ref/trace/trace.hpp"
 #include "simulated.hpp"
+#include "sharp_edges.hpp"
 #include "slow_edges.hpp"
 #include "unity.h"
 
@@ -81,44 +82,7 @@ void a_loss_of_another_law_is_in_the_deviations()
 /// the derivatives stay as small as what they are of, and a row in which another leg begins to rest is no slope. (E172)
 void sharp_edges_tell_the_machine()
 {
-    std::vector<std::string> settings = {"seed=60550",
-                                         "inverter.dead_time_s=1.57e-6",
-                                         "inverter.modulation=clamped_low",
-                                         "inverter.dead_side=both",
-                                         "profile.speed_rad_s=12",
-                                         "profile.speed_rad_s.wave=68",
-                                         "profile.speed_rad_s.wave_period_s=1.48",
-                                         "profile.speed_rad_s.shape=triangle",
-                                         "profile.load_Nm.random=2.65",
-                                         "profile.load_Nm.random_hold_s=0.16",
-                                         "profile.i_d_A=0",
-                                         "profile.i_d_A.random=0",
-                                         "sensing.speed_bandwidth_rad_s=0",
-                                         "method=rk4",
-                                         "duration_s=3"};
-    for (const char* none : {"inverter.node_F",
-                             "inverter.switch_V",
-                             "inverter.switch_ohm",
-                             "inverter.diode_V",
-                             "inverter.diode_ohm",
-                             "inverter.knee_A",
-                             "inverter.source_ohm",
-                             "inverter.link_F",
-                             "inverter.ripple_V",
-                             "inverter.compare_counts",
-                             "nonideal.iron_loss_S",
-                             "nonideal.iron_hysteresis_S_rad_s",
-                             "nonideal.winding_alpha_per_K",
-                             "nonideal.magnet_beta_per_K",
-                             "sensing.filter_s",
-                             "machine.winding_heat_J_K",
-                             "machine.magnet_heat_J_K",
-                             "machine.housing_heat_J_K",
-                             "machine.winding_housing_W_K",
-                             "machine.magnet_housing_W_K",
-                             "machine.housing_ambient_W_K"})
-        settings.push_back(std::string(none) + "=0");
-    const EffectFit f = dqw::fit_effects({simulated("drive_clamped", settings)}, {"dead_time"}, {});
+    const EffectFit f = dqw::fit_effects({simulated("drive_clamped", kSharpEdges)}, {"dead_time"}, {});
     const struct {
         const char* name;
         double truth, most_sd;
