@@ -340,7 +340,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
 #endif
     if (change_q24 != INT32_MAX) r.sd_change_q40 = (int64_t)change_q24 * 65536;
     // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
-    if (sd_q24 == INT32_MAX || (e->config->observed && parameter == DQW_LQ)) return r;
+    if (sd_q24 == INT32_MAX || (e->config->observed && (parameter == DQW_LD || parameter == DQW_LQ))) return r;
     r.sd_q40 = (int64_t)sd_q24 * 65536;
     const bool either_sign = parameter >= DQW_DEAD_TIME;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

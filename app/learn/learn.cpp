@@ -81,12 +81,24 @@ void unless_told_either_side(const Learned& half, const Learned& twice, Learned&
     here.effects.erase(std::remove_if(here.effects.begin(), here.effects.end(), is_it), here.effects.end());
 }
 
+/// Of a dead time, V; 0: it is not told.
+double told_loss_V(const Learned& learned)
+{
+    constexpr double kTold = 3.0;  // deviations
+    for (const TraceEffect& effect : learned.effects)
+        if (const Estimate* e = effect.name == "dead_time" ? find_estimate(effect.parameters, "voltage_V") : nullptr)
+            return std::abs(e->value) > kTold * e->sd ? e->value : 0.0;
+    return 0.0;
+}
+
 /// Dead time whose width nobody gave: of widths an octave apart the one that leaves least, from the usual one on.
-Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
+/// `loss_V`: its voltage, 0 where it is not told, whatever is known of R.
+Learned over_widths(const std::vector<Log>& logs, LearnOptions options, double* loss_V = nullptr)
 {
     constexpr int kMostSteps = 5;
     Learned here = learn_those(logs, options);
     const std::size_t at = place_of_dead_time(here.inputs), asked = place_of_dead_time(options.inputs);
+    if (loss_V != nullptr) *loss_V = told_loss_V(here);
     if (at >= here.inputs.size() || here.inputs[at].shape.empty()) return here;
     double width_A = here.inputs[at].shape[0];
     options.progress = {}, options.block = {};
@@ -107,6 +119,7 @@ Learned over_widths(const std::vector<Log>& logs, LearnOptions options)
             break;
         }
     }
+    if (loss_V != nullptr) *loss_V = told_loss_V(here);
     unless_told_either_side(half, twice, here, logs.front().regime == Regime::standstill);
     allow_for_width(here.result.parameters, half.result.parameters, twice.result.parameters);
     for (TraceEffect& e : here.effects)
@@ -137,16 +150,6 @@ bool may_hide_a_loss(const std::vector<Log>& logs, const std::vector<TraceInput>
            std::all_of(logs.begin(), logs.end(), has_angle);
 }
 
-/// Of a dead time, V; 0: it is not told.
-double told_loss_V(const Learned& learned)
-{
-    constexpr double kTold = 3.0;  // deviations
-    for (const TraceEffect& effect : learned.effects)
-        if (const Estimate* e = effect.name == "dead_time" ? find_estimate(effect.parameters, "voltage_V") : nullptr)
-            return std::abs(e->value) > kTold * e->sd ? e->value : 0.0;
-    return 0.0;
-}
-
 /// What the model lacks and an angle shows, a dead time first of all, moves the values alike in all blocks, so that their
 /// scatter does not tell. By how much stands in the deviations: of all values where that dead time is told, else of the
 /// ones that differ by more than the wider model's deviation allows two consistent estimates to. (E185)
@@ -155,8 +158,8 @@ bool allow_for_hidden_loss(const std::vector<Log>& logs, LearnOptions options, L
     constexpr double kBeyond = 3.0;  // deviations
     options.inputs.push_back({"dead_time", {}, {}});
     options.progress = {}, options.block = {};
-    const Learned with = over_widths(logs, options);
-    const double loss_V = told_loss_V(with);
+    double loss_V = 0.0;
+    const Learned with = over_widths(logs, options, &loss_V);
     auto& known = learned.result.parameters;
     std::vector<std::string> moved;
     for (Estimate& e : known) {
@@ -215,13 +218,14 @@ void hold_beside_a_loss(const std::vector<Log>& logs, Learned& learned, std::vec
 }
 
 /// What a plain fit of the same logs knows and blocks do not: a filter of the currents, and, where no dead time is
-/// learned, an inverter's loss move the learners' values as they move the fit's; and what the two make of one value
+/// learned, or none is told, an inverter's loss move the learners' values as they move the fit's; and what the two make of one value
 /// differs by no more than both deviations allow, or one of them is wrong. By how much stands in the deviations.
 /// `comparable`: the learners' model is the fit's, or has a dead time more; `said`: that a loss shows. (E166), (E187)
 void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learns_loss, bool said, Learned& learned)
 {
     const std::optional<PlainLook> fit = plain_look(logs, learned.model.pole_pairs);
     if (!fit) return;
+    const bool told = learns_loss && told_loss_V(learned) != 0.0;
     bool filtered = false, lossy = false;
     std::vector<std::string> apart;
     for (Estimate& e : learned.result.parameters) {
@@ -231,8 +235,8 @@ void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learn
             filtered = filtered || tells(e, fit->hidden.filter_sd[at]);
             e.sd = std::hypot(e.sd, fit->hidden.filter_sd[at]);
         }
-        if (!learns_loss && tells(e, fit->hidden.loss_sd[at])) {
-            lossy = true;
+        if (!told && tells(e, fit->hidden.loss_sd[at])) {
+            lossy = !learns_loss;
             e.sd = std::hypot(e.sd, fit->hidden.loss_sd[at]);
         }
         if (comparable) hold_beside(fit->value[at], fit->sd[at], e, apart);

@@ -19,6 +19,7 @@
 #include "app/learn/signals.hpp"
 #include "app/read/voltage_fit.hpp"
 #include "ref/log/piece.hpp"
+#include "ref/trace/named.hpp"
 
 namespace dqw {
 namespace {
@@ -129,9 +130,19 @@ double moved_by_octaves(const Learned& half, const Learned& here, const Learned&
     return kOfAnOctave * most_ohm;
 }
 
+/// What a fit whose law has a width and a shape of its own makes of R, and does not know of it.
+double off_a_fit(const std::vector<Log>& logs, const Learned& here, double pole_pairs)
+{
+    const Estimate* const R = find_estimate(here.result.parameters, "R_ohm");
+    const std::optional<NamedLook> fit = look_at_named(logs, {"dead_time"}, pole_pairs);
+    if (R == nullptr || !fit) return 0.0;
+    const double off = std::hypot(fit->value[0] - R->value, fit->sd[0]);
+    return std::isfinite(off) ? off : std::abs(R->value);
+}
+
 /// Dead time's width, where nobody says it: of the usual one and those an octave and more apart the one that leaves
-/// least of the log's first seconds; the usual one where that is hardly less. What the next ones make of R is a voltage
-/// that no residual shows.
+/// least of the log's first seconds; the usual one where that is hardly less. What the next ones make of R, and where
+/// edges are slow what a fit does, is a voltage that no residual shows.
 void set_width(const Log& log, MonitorSetup& setup)
 {
     constexpr double kHardly = 0.97;
@@ -148,6 +159,7 @@ void set_width(const Log& log, MonitorSetup& setup)
         const Learned free = with({});
         Learned here = with({width_A});
         if (free.inputs.empty() || free.inputs.front().shape.empty()) return;
+        double off_ohm = 0.0;
         if (free.result.residual_rms < kHardly * here.result.residual_rms) {
             width_A = free.inputs.front().shape[0], here = with({width_A});
             c.dead_time_width_A = static_cast<float>(width_A);
@@ -155,9 +167,11 @@ void set_width(const Log& log, MonitorSetup& setup)
                 fmt::format("dead_time: a width of {:.3g} A, of those an octave apart, leaves least of the "
                             "log's first {:.3g} s",
                             width_A, static_cast<double>(first.rows()) * log.dt_s));
+            off_ohm = off_a_fit({first}, here, c.pole_pairs);
         }
-        if (!shows_loss(here)) return;
-        const double moved_ohm = moved_by_octaves(with({0.5 * width_A}), here, with({2.0 * width_A}));
+        if (!shows_loss(here) && !(off_ohm > 0.0)) return;
+        const double moved_ohm = std::hypot(off_ohm,
+                                            moved_by_octaves(with({0.5 * width_A}), here, with({2.0 * width_A})));
         const double i_A = std::hypot(rms(first.i_d_A.data(), first.rows()), rms(first.i_q_A.data(), first.rows()));
         c.voltage_error_V = static_cast<float>(std::hypot(log.voltage_error_V, moved_ohm * i_A));
     } catch (const std::invalid_argument&) {

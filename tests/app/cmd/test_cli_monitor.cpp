@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "monitor_command.hpp"
+#include "sharp_edges.hpp"
 #include "slow_edges.hpp"
 #include "unity.h"
 
@@ -414,6 +415,30 @@ static void dead_time_has_the_width_that_leaves_least(void)
     TEST_ASSERT_TRUE(3.0 * sd_mohm < 0.1 * 900);
 }
 
+/// Edges that no current of the log leaves are as good as a resistance, and nothing but a fit with a width of its own
+/// shows that R, 0.9 ohm, is not known.
+static void what_slow_edges_hide_is_not_known(void)
+{
+    const Folder folder;
+    std::vector<std::string> args = {"sim", "drive_clamped", "--out", folder / ""};
+    std::vector<std::string> settings = kSharpEdges;
+    for (const char* set :
+         {"seed=60552", "inverter.dead_time_s=6.9e-7", "inverter.node_F=4.8e-9", "inverter.modulation=centred",
+          "profile.speed_rad_s=-2.5", "profile.speed_rad_s.wave=84", "profile.speed_rad_s.wave_period_s=3.3",
+          "profile.load_Nm.random=2", "profile.load_Nm.random_hold_s=0.18", "profile.i_d_A.random=2.9",
+          "profile.i_d_A.random_hold_s=0.065", "duration_s=5"})
+        settings.emplace_back(set);
+    for (const std::string& set : settings) args.insert(args.end(), {"--set", set});
+    TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
+    const Outcome run = monitor({folder / "drive_clamped.csv", "--out", folder / "o"});
+    double healthy = 0.0, R_ohm = 0.0, sd_ohm = 0.0;
+    const std::size_t at = run.out.find("\nR_ohm");
+    TEST_ASSERT_TRUE(at != std::string::npos &&
+                     std::sscanf(run.out.c_str() + at + 6, "%lf Ω %lf ± %lf", &healthy, &R_ohm, &sd_ohm) == 3);
+    TEST_ASSERT_TRUE_MESSAGE(R_ohm > 1.2 && 3.0 * sd_ohm > 0.9 * R_ohm, run.out.c_str());
+    holds(run.out, "events   0");
+}
+
 /// A speed that a loop tells is late. Rows that are missing where it turns round say nothing of how it changed.
 static void a_gap_while_a_late_speed_turns_round_is_no_event(void)
 {
@@ -518,6 +543,7 @@ int main(void)
     RUN_TEST(frozen_rows_are_counted_and_told_nothing);
     RUN_TEST(what_has_just_been_switched_on_is_no_fault);
     RUN_TEST(dead_time_has_the_width_that_leaves_least);
+    RUN_TEST(what_slow_edges_hide_is_not_known);
     RUN_TEST(a_gap_while_a_late_speed_turns_round_is_no_event);
     RUN_TEST(a_way_back_is_told_and_learning_goes_on);
     return UNITY_END();
