@@ -119,7 +119,7 @@ static void test_deviations_are_the_equations(void)
             known += isfinite(sd.value);
             if (i >= N) continue;
             const dqw_reading read = dqw_estimator_read(&e, (enum dqw_parameter)i);
-            if (config.observed && i == DQW_LQ)
+            if (config.observed && (i == DQW_LD || i == DQW_LQ))
                 HOLDS(read.sd == DQW_UNKNOWN);
             else
                 HOLDS(read.sd == dqw_estimator_sd_value(&e, i));

@@ -138,7 +138,7 @@ static void test_deviations_are_the_equations(void)
                 BETWEEN(0.999 * model - 1e-7, model_q28 / Q28, 1.001 * model + 1e-7);
             known += isfinite(sd.value);
             const dqw_reading_q15 read = dqw_estimator_read_q15(&e, (enum dqw_parameter)i);
-            const bool told = isfinite(sd.value) && !(config.observed && i == DQW_LQ);
+            const bool told = isfinite(sd.value) && !(config.observed && (i == DQW_LD || i == DQW_LQ));
             HOLDS((read.sd_q40 != INT64_MAX) == told);
             if (told) alike(sd.value, (int32_t)(read.sd_q40 / 65536), "of the value");
             HOLDS((read.sd_change_q40 != INT64_MAX) == isfinite(sd.change));
