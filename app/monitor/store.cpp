@@ -83,7 +83,8 @@ Json body_of(const MonitorStore& s)
             {"modulation", s.modulation},
             {"healthy", hex(s.healthy)},
             {"dead_time_width_A", s.dead_time_width_A},
-            {"speed_lag_s", s.speed_lag_s}};
+            {"speed_lag_s", s.speed_lag_s},
+            {"voltage_error_V", s.voltage_error_V}};
 }
 
 MonitorStore store_from(const Json& body)
@@ -93,9 +94,10 @@ MonitorStore store_from(const Json& body)
     s.dt_s = body.at("dt_s").get<double>();
     s.modulation = body.at("modulation").get<std::string>();
     s.healthy = unhex(body.at("healthy").get<std::string>());
-    // Of an older one the usual width, and a speed that is not late.
+    // Of an older one the usual width, a speed that is not late, and a voltage that is right.
     s.dead_time_width_A = body.value("dead_time_width_A", 0.0);
     s.speed_lag_s = body.value("speed_lag_s", 0.0);
+    s.voltage_error_V = body.value("voltage_error_V", 0.0);
     for (const Field& f : fields)
         if (body.at("machine").contains(f.name)) s.machine.*(f.value) = body.at("machine").at(f.name).get<double>();
     for (const Json& in : body.at("inputs"))
@@ -161,6 +163,7 @@ MonitorStore store_of(const MonitorSetup& setup, const std::string& arithmetic, 
     put(s.machine.psi_Wb, c.psi_Wb), put(s.machine.J_kgm2, setup.config.J_kgm2);
     s.modulation = modulation_text(c.modulation);
     s.dead_time_width_A = static_cast<double>(c.dead_time_width_A), s.speed_lag_s = setup.speed_lag_s;
+    s.voltage_error_V = static_cast<double>(c.voltage_error_V);
     s.inputs = setup.inputs;
     s.healthy = healthy;
     return s;
@@ -212,6 +215,7 @@ void take_from_store(const MonitorStore& store, const std::string& path, const s
                                      "expected the same, or another file",
                                      store.dt_s, log.dt_s));
     log.dt_s = store.dt_s;
+    log.voltage_error_V = std::max(log.voltage_error_V, store.voltage_error_V);
     for (const Field& f : fields) {
         std::optional<double>& said = log.machine.*(f.value);
         const std::optional<double>& was = store.machine.*(f.value);

@@ -17,7 +17,7 @@ struct MonitorStore {
     double dt_s = 0.0;
     Machine machine;  ///< bases, start values, pole pairs, inertia
     std::string modulation;
-    double dead_time_width_A = 0.0, speed_lag_s = 0.0;
+    double dead_time_width_A = 0.0, speed_lag_s = 0.0, voltage_error_V = 0.0;
     std::vector<TraceInput> inputs;
     std::string healthy;  ///< lib/'s own struct, byte by byte
 };

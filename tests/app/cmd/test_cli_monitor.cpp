@@ -430,13 +430,16 @@ static void what_slow_edges_hide_is_not_known(void)
         settings.emplace_back(set);
     for (const std::string& set : settings) args.insert(args.end(), {"--set", set});
     TEST_ASSERT_EQUAL_INT(0, command::dqwatch(args).code);
-    const Outcome run = monitor({folder / "drive_clamped.csv", "--out", folder / "o"});
-    double healthy = 0.0, R_ohm = 0.0, sd_ohm = 0.0;
-    const std::size_t at = run.out.find("\nR_ohm");
-    TEST_ASSERT_TRUE(at != std::string::npos &&
-                     std::sscanf(run.out.c_str() + at + 6, "%lf Ω %lf ± %lf", &healthy, &R_ohm, &sd_ohm) == 3);
-    TEST_ASSERT_TRUE_MESSAGE(R_ohm > 1.2 && 3.0 * sd_ohm > 0.9 * R_ohm, run.out.c_str());
-    holds(run.out, "events   0");
+    // The second run takes from the first one's store what no residual shows.
+    for (int n = 0; n < 2; ++n) {
+        const Outcome run = monitor({folder / "drive_clamped.csv", "--out", folder / "o", "--store", folder / "store"});
+        double healthy = 0.0, R_ohm = 0.0, sd_ohm = 0.0;
+        const std::size_t at = run.out.find("\nR_ohm");
+        TEST_ASSERT_TRUE(at != std::string::npos &&
+                         std::sscanf(run.out.c_str() + at + 6, "%lf Ω %lf ± %lf", &healthy, &R_ohm, &sd_ohm) == 3);
+        TEST_ASSERT_TRUE_MESSAGE(R_ohm > 1.2 && 3.0 * sd_ohm > 0.9 * R_ohm, run.out.c_str());
+        holds(run.out, "events   0");
+    }
 }
 
 /// A speed that a loop tells is late. Rows that are missing where it turns round say nothing of how it changed.

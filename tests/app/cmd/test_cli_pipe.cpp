@@ -292,6 +292,7 @@ static void what_is_healthy_outlives_a_restart(void)
         holds(kept, "\"schema\":\"dqwatch.store/1\"");
         holds(kept, "\"dead_time_width_A\":");
         holds(kept, "\"speed_lag_s\":0.0");
+        holds(kept, "\"voltage_error_V\":0.0");
 
         const std::string worn = joint(folder, {"duration_s=3", "machine.psi_Wb=0.0186"});
         // Nominal values are those of the commissioning: 20 mWb.
