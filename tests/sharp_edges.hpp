@@ -6,21 +6,17 @@
 #include <string>
 #include <vector>
 
-/// Of the scenario drive_clamped.
-inline const std::vector<std::string> kSharpEdges = {"seed=60550",
+/// Of any drive_*: switches without drops or capacitance, on a link that stands still.
+inline const std::vector<std::string> kIdealSwitches = {
+    "inverter.node_F=0",    "inverter.switch_V=0",      "inverter.switch_ohm=0", "inverter.diode_V=0",
+    "inverter.diode_ohm=0", "inverter.knee_A=0",        "inverter.source_ohm=0", "inverter.link_F=0",
+    "inverter.ripple_V=0",  "inverter.compare_counts=0"};
+
+/// Of the scenario drive_clamped, beside ideal switches.
+inline const std::vector<std::string> kSharpDrive = {"seed=60550",
                                                      "inverter.dead_time_s=1.57e-6",
                                                      "inverter.modulation=clamped_low",
                                                      "inverter.dead_side=both",
-                                                     "inverter.node_F=0",
-                                                     "inverter.switch_V=0",
-                                                     "inverter.switch_ohm=0",
-                                                     "inverter.diode_V=0",
-                                                     "inverter.diode_ohm=0",
-                                                     "inverter.knee_A=0",
-                                                     "inverter.source_ohm=0",
-                                                     "inverter.link_F=0",
-                                                     "inverter.ripple_V=0",
-                                                     "inverter.compare_counts=0",
                                                      "nonideal.iron_loss_S=0",
                                                      "nonideal.iron_hysteresis_S_rad_s=0",
                                                      "nonideal.winding_alpha_per_K=0",
@@ -43,5 +39,12 @@ inline const std::vector<std::string> kSharpEdges = {"seed=60550",
                                                      "profile.i_d_A.random=0",
                                                      "method=rk4",
                                                      "duration_s=3"};
+
+inline std::vector<std::string> sharp_edges()
+{
+    std::vector<std::string> all = kIdealSwitches;
+    all.insert(all.end(), kSharpDrive.begin(), kSharpDrive.end());
+    return all;
+}
 
 #endif

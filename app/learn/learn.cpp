@@ -81,16 +81,6 @@ void unless_told_either_side(const Learned& half, const Learned& twice, Learned&
     here.effects.erase(std::remove_if(here.effects.begin(), here.effects.end(), is_it), here.effects.end());
 }
 
-/// Of a dead time, V; 0: it is not told.
-double told_loss_V(const Learned& learned)
-{
-    constexpr double kTold = 3.0;  // deviations
-    for (const TraceEffect& effect : learned.effects)
-        if (const Estimate* e = effect.name == "dead_time" ? find_estimate(effect.parameters, "voltage_V") : nullptr)
-            return std::abs(e->value) > kTold * e->sd ? e->value : 0.0;
-    return 0.0;
-}
-
 /// Dead time whose width nobody gave: of widths an octave apart the one that leaves least, from the usual one on.
 /// `loss_V`: its voltage, 0 where it is not told, whatever is known of R.
 Learned over_widths(const std::vector<Log>& logs, LearnOptions options, double* loss_V = nullptr)
@@ -218,8 +208,9 @@ void hold_beside_a_loss(const std::vector<Log>& logs, Learned& learned, std::vec
 }
 
 /// What a plain fit of the same logs knows and blocks do not: a filter of the currents, and, where no dead time is
-/// learned, or none is told, an inverter's loss move the learners' values as they move the fit's; and what the two make of one value
-/// differs by no more than both deviations allow, or one of them is wrong. By how much stands in the deviations.
+/// learned, or none is told, an inverter's loss move the learners' values as they move the fit's; and what the two make
+/// of one value differs by no more than both deviations allow, or one of them is wrong. By how much stands in the
+/// deviations.
 /// `comparable`: the learners' model is the fit's, or has a dead time more; `said`: that a loss shows. (E166), (E187)
 void hold_beside_a_fit(const std::vector<Log>& logs, bool comparable, bool learns_loss, bool said, Learned& learned)
 {
@@ -291,6 +282,15 @@ Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options)
     note_weights(learned);
     for (const std::string& note : notes_on_others(options.inputs)) learned.result.notes.push_back(note);
     return learned;
+}
+
+double told_loss_V(const Learned& learned)
+{
+    constexpr double kTold = 3.0;  // deviations
+    for (const TraceEffect& effect : learned.effects)
+        if (const Estimate* e = effect.name == "dead_time" ? find_estimate(effect.parameters, "voltage_V") : nullptr)
+            return std::abs(e->value) > kTold * e->sd ? e->value : 0.0;
+    return 0.0;
 }
 
 Result learn(const std::vector<Log>& logs, const LearnOptions& options) { return learn_all(logs, options).result; }

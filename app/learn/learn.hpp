@@ -44,6 +44,9 @@ struct Learned {
 /// Throws std::invalid_argument (one line) for logs of different regimes or periods, too few rows, an unknown
 /// parameter, or effects that these logs or this build of the learners cannot have.
 Learned learn_all(const std::vector<Log>& logs, const LearnOptions& options);
+
+/// Of a dead time that was learned, V; 0: it is not told by three deviations.
+double told_loss_V(const Learned& learned);
 Result learn(const std::vector<Log>& logs, const LearnOptions& options = {});
 
 }  // namespace dqw

@@ -107,16 +107,6 @@ void start_values(const Log& log, const Machine& start, const std::vector<TraceI
                         list(guessed), span_s));
 }
 
-/// Whether a dead time shows at all.
-bool shows_loss(const Learned& learned)
-{
-    constexpr double kTold = 3.0;  // deviations
-    const Estimate* const loss = learned.effects.empty()
-                                     ? nullptr
-                                     : find_estimate(learned.effects.front().parameters, "voltage_V");
-    return loss != nullptr && std::abs(loss->value) > kTold * loss->sd;
-}
-
 /// By how much a width anywhere within an octave to either side moves R, as the blocks of so many rows leave it open.
 double moved_by_octaves(const Learned& half, const Learned& here, const Learned& twice)
 {
@@ -169,7 +159,7 @@ void set_width(const Log& log, MonitorSetup& setup)
                             width_A, static_cast<double>(first.rows()) * log.dt_s));
             off_ohm = off_a_fit({first}, here, c.pole_pairs);
         }
-        if (!shows_loss(here) && !(off_ohm > 0.0)) return;
+        if (told_loss_V(here) == 0.0 && !(off_ohm > 0.0)) return;
         const double moved_ohm = std::hypot(off_ohm,
                                             moved_by_octaves(with({0.5 * width_A}), here, with({2.0 * width_A})));
         const double i_A = std::hypot(rms(first.i_d_A.data(), first.rows()), rms(first.i_q_A.data(), first.rows()));

@@ -9,8 +9,8 @@ namespace dqw {
 /// What a lasting volt makes of the innovations of a channel.
 struct LastingVolt {
     Eigen::VectorXd weight;  ///< the rows over the innovations' variance, times the square of what it makes of one
-    Eigen::VectorXd
-        kept;  ///< part of it that a row leaves to the next, so that what lasts n rows makes 1 - kept^n of it
+    /// part of it that a row leaves to the next: what lasts n rows makes 1 - kept^n of it
+    Eigen::VectorXd kept;
 };
 
 /// (E111), (E164). By how much an error as large as what lasts of the reported residual may move each column of `at`,

@@ -220,9 +220,11 @@ double moving_floor(const TraceSetup& setup, const Point& at, const Singles& s)
         double variance = channels == 1 && rows >= kShaftRows
                               ? shaft_block_variance(s.residual[c], s.starts, rows, damped)
                               : 0.0;
-        const Apart apart(high_band(s.residual[c], s.starts), w);
-        sd_A[c] = std::sqrt(apart.differenced) * s.dt_s / inertia;
-        if (!(variance > 0.0)) variance = apart.of_block(w, rows, damped);
+        if (!(variance > 0.0)) {
+            const Apart apart(high_band(s.residual[c], s.starts), w);
+            sd_A[c] = std::sqrt(apart.differenced) * s.dt_s / inertia;
+            variance = apart.of_block(w, rows, damped);
+        }
         sum += variance;
     }
     return std::sqrt(sum / channels + (channels == 2 ? noise_of_dead_time(setup, at, sd_A) : 0.0));

@@ -349,16 +349,6 @@ static void what_has_just_been_switched_on_is_no_fault(void)
 {
     const Folder folder;
     const std::vector<std::string> both = {"inverter.dead_time_s=3.97728e-07",
-                                           "inverter.node_F=0",
-                                           "inverter.switch_V=0",
-                                           "inverter.switch_ohm=0",
-                                           "inverter.diode_V=0",
-                                           "inverter.diode_ohm=0",
-                                           "inverter.knee_A=0",
-                                           "inverter.source_ohm=0",
-                                           "inverter.link_F=0",
-                                           "inverter.ripple_V=0",
-                                           "inverter.compare_counts=0",
                                            "method=rk4",
                                            "duration_s=1.2",
                                            "profile.speed_rad_s=272.509",
@@ -383,7 +373,7 @@ static void what_has_just_been_switched_on_is_no_fault(void)
                                    "sensing.observer_lag_s=2.05858e-06"},
           std::vector<std::string>{}}) {
         std::vector<std::string> args = {"sim", "drive_clamped_fast", "--seed", "522576", "--out", folder / ""};
-        for (const auto& sets : {both, rest})
+        for (const auto& sets : {kIdealSwitches, both, rest})
             for (const std::string& set : sets) args.insert(args.end(), {"--set", set});
         const Outcome sim = command::dqwatch(args);
         TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
@@ -421,7 +411,7 @@ static void what_slow_edges_hide_is_not_known(void)
 {
     const Folder folder;
     std::vector<std::string> args = {"sim", "drive_clamped", "--out", folder / ""};
-    std::vector<std::string> settings = kSharpEdges;
+    std::vector<std::string> settings = sharp_edges();
     for (const char* set :
          {"seed=60552", "inverter.dead_time_s=6.9e-7", "inverter.node_F=4.8e-9", "inverter.modulation=centred",
           "profile.speed_rad_s=-2.5", "profile.speed_rad_s.wave=84", "profile.speed_rad_s.wave_period_s=3.3",

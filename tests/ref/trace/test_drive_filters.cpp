@@ -68,7 +68,7 @@ void filter_of_the_currents_under_a_clamped_leg()
 /// noise, of that size.
 void a_dead_time_in_noise_is_no_structure()
 {
-    const TraceResult r = traced("drive_clamped", kSharpEdges);
+    const TraceResult r = traced("drive_clamped", sharp_edges());
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(1, r.effects.size());
     is(5.02, 0.3, effect(r, "dead_time").parameters, "voltage_V");

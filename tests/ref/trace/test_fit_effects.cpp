@@ -82,7 +82,7 @@ void a_loss_of_another_law_is_in_the_deviations()
 /// the derivatives stay as small as what they are of, and a row in which another leg begins to rest is no slope. (E172)
 void sharp_edges_tell_the_machine()
 {
-    const EffectFit f = dqw::fit_effects({simulated("drive_clamped", kSharpEdges)}, {"dead_time"}, {});
+    const EffectFit f = dqw::fit_effects({simulated("drive_clamped", sharp_edges())}, {"dead_time"}, {});
     const struct {
         const char* name;
         double truth, most_sd;
