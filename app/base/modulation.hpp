@@ -1,6 +1,6 @@
 /// How an inverter's modulation is called in a machine file and in what the command writes.
-#ifndef DQW_APP_MODULATION_HPP
-#define DQW_APP_MODULATION_HPP
+#ifndef DQW_APP_BASE_MODULATION_HPP
+#define DQW_APP_BASE_MODULATION_HPP
 
 #include <optional>
 #include <string>

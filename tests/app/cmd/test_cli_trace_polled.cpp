@@ -40,6 +40,9 @@ std::string names(const Outcome& run)
     return out;
 }
 
+/// One log of many under the sanitizers: they are ten times as slow, and all go the same way.
+unsigned last(unsigned first, unsigned end) { return command::sanitized() ? first : end; }
+
 polled_drive::Drawn drawn(unsigned seed)
 {
     polled_drive::Drawn m;
@@ -50,7 +53,7 @@ polled_drive::Drawn drawn(unsigned seed)
 void a_healthy_drive_gets_no_name(void)
 {
     const Folder folder;
-    for (unsigned seed = 1; seed <= 6; ++seed) {
+    for (unsigned seed = 1; seed <= last(1, 6); ++seed) {
         polled_drive::Drawn m = drawn(seed);
         m.rate_Hz = seed % 2 == 0 ? 20 : 50;
         const Outcome run = traced(folder, polled_drive::polled(m));
@@ -63,7 +66,7 @@ void what_is_there_is_named_in_its_size(void)
 {
     const Folder folder;
     constexpr double kPhase = 0.78539816339744831;
-    for (unsigned seed = 11; seed <= 14; ++seed) {
+    for (unsigned seed = 11; seed <= last(11, 14); ++seed) {
         polled_drive::Drawn m = drawn(seed);
         m.lost_V = 0.3;
         const Outcome run = traced(folder, polled_drive::polled(m));
@@ -74,6 +77,7 @@ void what_is_there_is_named_in_its_size(void)
         TEST_ASSERT_DOUBLE_WITHIN(0.02, kPhase * m.lost_V, value);
         TEST_ASSERT_TRUE(sd > 5e-4 && sd < 0.02);
     }
+    if (command::sanitized()) return;
     polled_drive::Drawn hot = drawn(21);
     hot.warm_K = 60, hot.measures_heat = true, hot.seconds = 400;
     TEST_ASSERT_TRUE(has(names(traced(folder, polled_drive::polled(hot))), "winding_temperature "));
@@ -83,7 +87,7 @@ void what_is_there_is_named_in_its_size(void)
 void a_link_that_sags_is_named(void)
 {
     const Folder folder;
-    for (unsigned seed = 41; seed <= 43; ++seed) {
+    for (unsigned seed = 41; seed <= last(41, 43); ++seed) {
         dqw::Log log = polled_drive::polled(drawn(seed));
         const auto power = [&](std::size_t k) { return log.v_d_V[k] * log.i_d_A[k] + log.v_q_V[k] * log.i_q_A[k]; };
         double most = 0.0;
@@ -105,7 +109,7 @@ void a_link_that_sags_is_named(void)
 void no_parameter_is_known_better_than_by_the_rows(void)
 {
     const Folder folder;
-    for (unsigned seed = 51; seed <= 53; ++seed) {
+    for (unsigned seed = 51; seed <= last(51, 53); ++seed) {
         const Outcome run = traced(folder, polled_drive::polled(drawn(seed)));
         TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
         const json told = json::parse(run.out).at("after").at("parameters");
