@@ -22,6 +22,8 @@ OPT      := -O1
 QUICKOPT := -O0
 endif
 QUICKOPT ?= $(OPT)
+# A trace takes a sixth less time, with the same numbers.
+REFOPT   := $(if $(SANITIZE),$(OPT),-O3)
 
 WARN     := -Wall -Wextra -Wshadow
 LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion
@@ -326,7 +328,7 @@ $(BUILD)/sim/%.o: sim/%.c
 	$(CC) $(C99) $(WARN) -Isim $(MPIINC) $(CFLAGS) -c $< -o $@
 $(BUILD)/ref/%.o: ref/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CXX17) $(WARN) -I. -isystem /usr/include/eigen3 $(CXXFLAGS) -c $< -o $@
+	$(CXX) $(CXX17) $(REFOPT) $(WARN) -I. -isystem /usr/include/eigen3 $(CXXFLAGS) -c $< -o $@
 $(BUILD)/app/%.o: app/%.cpp
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(QUICKOPT) $(WARN) $(CXXINC) $(CXXFLAGS) -c $< -o $@

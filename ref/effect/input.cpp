@@ -425,7 +425,8 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
     // Of its own size a pulse is beyond its mean by a quarter at most.
     constexpr double kLeastPart = 1e-3;
     const double link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc, half = 0.5 * at.w_e * at.period_s,
-                 kept = std::exp(-at.period_s / std::abs(tau_s)), to_here = at.starts ? half : -half;
+                 to_here = at.starts ? half : -half, by_change = -std::cos(half);
+    const FilteredPulse pulse(tau_s, at.period_s);
     double of[3] = {}, left = 1.0;
     // What is lost on the way turns along with the rotor, and its jumps are none of the duties'.
     const Angle back(-at.w_e * at.period_s);
@@ -435,13 +436,12 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
         const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
         const double each_V[3] = {p.a, p.b, p.c};
         const Duties duty(pulses.modulation, each_V, link);
-        const bool last = left * kept < kLeastPart || n + 1 >= at.past;
-        const double part = last ? left : left * (1.0 - kept);
-        for (int leg = 0; leg < 3; ++leg)
-            of[leg] += part * link * filtered_beyond_mean(duty.of[leg], tau_s, at.period_s);
+        const bool last = left * pulse.kept < kLeastPart || n + 1 >= at.past;
+        const double part = last ? left : left * (1.0 - pulse.kept);
+        for (int leg = 0; leg < 3; ++leg) of[leg] += part * link * pulse.beyond_mean(duty.of[leg]);
         if (last) return of_phases(at, of[0], of[1], of[2]);
-        reached = plus(reached, -std::cos(half), turned_by(to_here, at.change[n]));
-        lost = back.on(lost), left *= kept;
+        reached = plus(reached, by_change, turned_by(to_here, at.change[n]));
+        lost = back.on(lost), left *= pulse.kept;
     }
 }
 

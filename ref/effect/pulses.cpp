@@ -35,12 +35,20 @@ double mean_product(double duty, double other)
     return low * (1.0 - high) * (2.0 * high - high * high - low * low) / 24.0;
 }
 
-double filtered_beyond_mean(double duty, double tau_s, double period_s)
+FilteredPulse::FilteredPulse(double tau_s, double period_s) : tau_s_(tau_s)
 {
     const double tau = std::abs(tau_s);
-    if (!(tau > 0.0)) return 0.0;
-    const double off = 0.5 * (1.0 - duty) * period_s, all = -std::expm1(-period_s / tau);
-    return tau_s * ((left_after(off / tau) - left_after((period_s - off) / tau)) / all - duty);
+    rate_ = tau > 0.0 ? 0.5 * period_s / tau : 0.0;
+    kept = tau > 0.0 ? left_after(2.0 * rate_) : 0.0;
+    all_ = -std::expm1(-2.0 * rate_);
+}
+
+double FilteredPulse::beyond_mean(double duty) const
+{
+    if (!(rate_ > 0.0)) return 0.0;
+    // What its falling edge has left, as long before the period's end as the rising one is behind its start.
+    const double fell = left_after(rate_ * (1.0 - duty)), rose = fell > 0.0 ? kept / fell : 0.0;
+    return tau_s_ * ((fell - rose) / all_ - duty);
 }
 
 }  // namespace dqw

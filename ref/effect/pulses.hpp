@@ -18,7 +18,15 @@ struct Duties {
 double pulse_beyond_mean(double duty, double u_s, double period_s);
 
 /// What of that a filter tells at the period's end: the mean over the past, weighed by its decay, V s. Odd in tau.
-double filtered_beyond_mean(double duty, double tau_s, double period_s);
+struct FilteredPulse {
+    double kept;  ///< of what it told a period before
+
+    FilteredPulse(double tau_s, double period_s);
+    double beyond_mean(double duty) const;
+
+private:
+    double tau_s_, rate_, all_;  ///< rate: half of a period's time constants; all: what a period lets come through
+};
 
 /// Mean of its voltage beyond the mean one times the square of the time from the middle, both in periods; per volt of
 /// link. (E169)

@@ -17,7 +17,7 @@ constexpr std::size_t kLeastBlocks = 3 * kStretches;  ///< of two in a stretch o
 /// signals are slow; noise that both readings share keeps the part near 1.
 constexpr double kFarLess = 0.5, kClearly = 0.8;
 constexpr double kSure =
-    4.0;  ///< of t: with twenty stretches one of 3000 by chance, and eight readings of rows are tried
+    4.0;  ///< of t: with twenty stretches one of 3000 by chance, and ten readings of rows are tried
 constexpr double kWrong = 0.05;  ///< of the voltage: a model that leaves less is no model of turned columns
 
 /// What the block residual is made of, d + j q, averaged over a block: voltage, current, its slope, w i, w.
@@ -40,13 +40,15 @@ const Rows kRows[] = {
     {-1, 0, 0.0, "with each voltage taken from the row after"},
     {2, 0, 0.0, "with each voltage taken from two rows before"},
     {-2, 0, 0.0, "with each voltage taken from two rows after"},
+    {3, 0, 0.0, "with each voltage taken from three rows before"},
+    {-3, 0, 0.0, "with each voltage taken from three rows after"},
     {0, 1, 0.0, "with currents that were sampled one row before the one that they stand in"},
     {0, -1, 0.0, "with currents that were sampled one row after the one that they stand in"},
     {0, 0, 0.5, "with voltages that were turned by the angle at the end of their period, not in its middle"},
     {0, 0, -0.5, "with voltages that were turned by the angle at the start of their period, not in its middle"},
 };
 
-constexpr std::size_t kReach = 2;  ///< rows beyond a block that a reading looks at
+constexpr std::size_t kReach = 3;  ///< rows beyond a block that a reading looks at
 
 Block block_of(const TraceSetup& setup, const Piece& piece, std::size_t begin, std::size_t end, const Rows& by)
 {

@@ -344,7 +344,7 @@ std::vector<Input> pulses_of(const TraceSetup& setup, const Judge& judge, const 
     double held = 0.0;
     for (const Term& t : at.terms)
         if (const double n = t.input.shape[0]; t.input.law == Law::iron_loss && n > 0.0)
-            held += 2.0 / n * filtered_beyond_mean(0.5, n, 1.0) * at.base[0] * t.weights[0];
+            held += 2.0 / n * FilteredPulse(n, 1.0).beyond_mean(0.5) * at.base[0] * t.weights[0];
     const std::vector<double> each = judge.each(at);
     // Of iron that bends the currents' swings do more.
     const double most_V = std::max(rate * rate / 24.0, std::abs(held)) * std::sqrt(square / rows);
