@@ -10,11 +10,10 @@
 extern "C" {
 #endif
 
-/// A change either way is this fault.
+/// A change either way is this fault. No fault makes an inverter lose less.
 static inline bool dqw_fault_either_sign(enum dqw_fault_name name)
 {
-    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_INVERTER_FAULT || name == DQW_FAULT_CURRENT_GAIN ||
-           name == DQW_FAULT_VOLTAGE_SCALE;
+    return name == DQW_FAULT_ENCODER_OFFSET || name == DQW_FAULT_CURRENT_GAIN || name == DQW_FAULT_VOLTAGE_SCALE;
 }
 
 /// It changes R, and no heat has.

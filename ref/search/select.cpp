@@ -119,18 +119,19 @@ bool told(const Model& model, const Better& gain, const Point& without, const Po
            (gain.nats >= kCompleteNats && options.completes && options.completes(without, with));
 }
 
-/// More than chance, and enough to name it: 5 % of one axis' reported residual, or, where that grows on none, of the
-/// predictions' errors (a part less of them is about that many nats a row). What a log with a rest has many of are
-/// small gains that mean nothing. As (E48) has it.
+/// More than chance, and enough to name it: 5 % of one axis' reported residual, where that of both does not grow, or,
+/// where that grows on none, of the predictions' errors (a part less of them is about that many nats a row). What a log
+/// with a rest has many of are small gains that mean nothing. As (E48) has it.
 bool needed(const Model& model, const Refined& without, const Refined& with, const SelectOptions& options)
 {
     constexpr double kLeastPart = 0.05, kSame = 1.01;
     const Better gain = better(model, without.left, with.left);
     if (!told(model, gain, without.point, with.point, options)) return false;
     const std::vector<double> a = options.reported_rms(without.point), b = options.reported_rms(with.point);
+    const bool more = joint(b) > kSame * joint(a);
     bool grows = false;
     for (std::size_t c = 0; c < a.size(); ++c) {
-        if (b[c] < (1.0 - kLeastPart) * a[c]) return true;
+        if (!more && b[c] < (1.0 - kLeastPart) * a[c]) return true;
         grows = grows || b[c] > kSame * a[c];
     }
     double rows = 0.0;

@@ -44,7 +44,7 @@ static const pattern PATTERNS[] = {{DQW_FAULT_DEMAGNETISATION, "demagnetisation"
                                    {DQW_FAULT_CURRENT_OFFSET, "current offset", false, true},
                                    {DQW_FAULT_CURRENT_GAIN, "current gain", true, true},
                                    {DQW_FAULT_ENCODER_OFFSET, "encoder offset", false, true},
-                                   {DQW_FAULT_INVERTER_FAULT, "inverter", false, true},
+                                   {DQW_FAULT_INVERTER_FAULT, "inverter", false, false},
                                    {DQW_FAULT_RESISTANCE_RISE, "resistance rise", false, false},
                                    {DQW_FAULT_VOLTAGE_SCALE, "voltage scale", false, true}};
 
@@ -227,7 +227,7 @@ static void test_a_foreign_part_takes_the_name_away_where_it_is_large(void)
     for (int percent = 0; percent <= 100; percent++) {
         if (percent == 60) continue;
         double change[DQW_SIGNS] = {0};
-        change[DQW_SIGN_DEAD_TIME] = -10 * sqrt(percent / 100.0) * UNIT[DQW_SIGN_DEAD_TIME];
+        change[DQW_SIGN_DEAD_TIME] = 10 * sqrt(percent / 100.0) * UNIT[DQW_SIGN_DEAD_TIME];
         change[DQW_SIGN_LD] = 10 * sqrt(1 - percent / 100.0) * UNIT[DQW_SIGN_LD];
         const dqw_fault_verdict v = judge(change, 0.0, NULL);
         CASE("%d %% dead time: name %d", percent, (int)v.name);
