@@ -534,7 +534,7 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
 
 /// Names whose value may as well be nothing go: the held-out rows may confirm what no parameter of theirs carries. One
 /// stays that stands out as its rows scatter, and is wide only by what the model's own error may hide, where it takes
-/// most itself.
+/// most itself or all that the others leave.
 void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
     std::vector<std::string> kept;
@@ -549,8 +549,9 @@ void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
         Finding is;
         is.before = judge.rms(s.plain.point), is.after = judge.rms(s.best.point);
         is.floor = judge.noise(s.best.point).floor;
+        const double left = judge.rms(less.point);
         if (stands_out(s.best.point, deviations(*setup.full, s.best), unknown->name) &&
-            carries_most(is, judge.rms(less.point)))
+            (carries_most(is, left) || completes(left, is.after, is.floor)))
             kept.push_back(unknown->name);
         else
             leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,

@@ -1,4 +1,5 @@
 // Looks of polled logs: as long as needed for errors of neighbours to have nothing in common.
+// Plain only: long, and what it runs others run under the sanitizers.
 #include "ref/fit/polled_points.hpp"
 
 #include <cmath>

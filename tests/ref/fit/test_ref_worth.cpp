@@ -1,4 +1,5 @@
 // What the fit's values are worth: deviations where the model is wrong, usable or not, pole pairs by the angle.
+// Plain only: long, and what it runs others run under the sanitizers.
 #include <cmath>
 #include <cstdio>
 
