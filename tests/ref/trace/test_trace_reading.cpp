@@ -163,11 +163,14 @@ void rows_apart_are_found()
         else
             std::rotate(x.begin(), x.begin() - by, x.end());
     };
-    for (int by : {1, 2, -1, -2}) {
+    for (int by : {1, 2, 3, -1, -2, -3}) {
         const char* const how[] = {
-            "with each voltage taken from two rows before", "with each voltage taken from the row before", "",
-            "with each voltage taken from the row after", "with each voltage taken from two rows after"};
-        expect(read_of([&](Log& l) { shift(l.v_d_V, by), shift(l.v_q_V, by); }), rows, how[by + 2], 0.6);
+            "with each voltage taken from three rows before", "with each voltage taken from two rows before",
+            "with each voltage taken from the row before",    "",
+            "with each voltage taken from the row after",     "with each voltage taken from two rows after",
+            "with each voltage taken from three rows after",
+        };
+        expect(read_of([&](Log& l) { shift(l.v_d_V, by), shift(l.v_q_V, by); }), rows, how[by + 3], 0.6);
     }
 }
 
