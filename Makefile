@@ -23,7 +23,7 @@ QUICKOPT := -O0
 endif
 QUICKOPT ?= $(OPT)
 # A trace takes a sixth less time, with the same numbers.
-REFOPT   := $(if $(SANITIZE),$(OPT),-O3)
+REFOPT   := $(if $(SANITIZE)$(filter-out file,$(origin OPT)),$(OPT),-O3)
 
 WARN     := -Wall -Wextra -Wshadow
 LIBWARN  := $(WARN) -Wconversion -Wsign-conversion -Wdouble-promotion

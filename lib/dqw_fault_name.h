@@ -20,7 +20,7 @@ enum dqw_fault_name {
     DQW_FAULT_CURRENT_GAIN,
     DQW_FAULT_ENCODER_OFFSET,   ///< the magnet's flux shows on the other axis
     DQW_FAULT_BEARING_WEAR,     ///< friction up, in both directions
-    DQW_FAULT_INVERTER_FAULT,   ///< dead time changed
+    DQW_FAULT_INVERTER_FAULT,   ///< dead time up
     DQW_FAULT_RESISTANCE_RISE,  ///< all phases' R up, alike and faster than heat
     DQW_FAULT_VOLTAGE_SCALE,    ///< R, L and flux changed by one factor: it is the voltage's
     DQW_FAULT_UNKNOWN,          ///< changed, and no pattern fits: trace it

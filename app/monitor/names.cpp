@@ -44,7 +44,7 @@ const char* told_of(dqw_fault_name fault)
     case DQW_FAULT_CURRENT_GAIN: return "the current sensor of phase % reads another gain";
     case DQW_FAULT_ENCODER_OFFSET: return "the encoder has turned against the rotor";
     case DQW_FAULT_BEARING_WEAR: return "friction has risen in both directions";
-    case DQW_FAULT_INVERTER_FAULT: return "the inverter loses another voltage than before";
+    case DQW_FAULT_INVERTER_FAULT: return "the inverter loses more voltage than before";
     case DQW_FAULT_RESISTANCE_RISE: return "all phases have gained resistance, faster than heat could make it";
     case DQW_FAULT_VOLTAGE_SCALE: return "the voltage is measured with another gain: R, L and flux have changed alike";
     case DQW_FAULT_UNKNOWN:

@@ -80,9 +80,10 @@ Block block_of(const TraceSetup& setup, const Piece& piece, std::size_t begin, s
 Blocks blocks_of(const TraceSetup& setup, const Rows& by)
 {
     Blocks out;
+    const std::size_t reach = setup.regime == Regime::dynamic ? kReach : 0;
     for (const Piece& piece : setup.search().plan().pieces) {
         const std::size_t n = block_rows(*piece.log);
-        for (std::size_t k = piece.begin + kReach; k + n + kReach < piece.end; k += n)
+        for (std::size_t k = piece.begin + reach; k + n + reach < piece.end; k += n)
             out.push_back(block_of(setup, piece, k, k + n, by));
     }
     return out;

@@ -18,7 +18,7 @@ struct Reading {
     double pole_pairs = 0.0;  ///< as they come out, where nobody gave them; else 0
 };
 
-/// (E122). All signs and exchanges of columns, and rows one or two apart, each by one least squares of the block
+/// (E122). All signs and exchanges of columns, and rows up to three apart, each by one least squares of the block
 /// residual; the best that makes physical sense and that is no chance. Dynamic and steady logs; else nothing.
 std::optional<Reading> other_reading(const TraceSetup& setup);
 

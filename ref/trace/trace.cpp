@@ -537,6 +537,7 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
 /// most itself or all that the others leave.
 void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
+    constexpr double kFarAbove = 2.0;  // the floor: no estimate of it is that far off
     std::vector<std::string> kept;
     while (!s.found.empty()) {
         const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);
@@ -551,7 +552,7 @@ void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
         is.floor = judge.noise(s.best.point).floor;
         const double left = judge.rms(less.point);
         if (stands_out(s.best.point, deviations(*setup.full, s.best), unknown->name) &&
-            (carries_most(is, left) || completes(left, is.after, is.floor)))
+            (carries_most(is, left) || (left > kFarAbove * is.floor && completes(left, is.after, is.floor))))
             kept.push_back(unknown->name);
         else
             leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,

@@ -187,12 +187,13 @@ static void test_noise_on_every_sign_keeps_the_name(void)
 
 static void test_what_no_pattern_explains_is_unknown(void)
 {
-    // R of all phases; L_d; L_q; both L; R and flux both; flux up; two faults at once with as much of each in R; a
+    // R of all phases; the inverter's loss, less of it; L_d; L_q; both L; R and flux both; flux up; two faults at once with as much of each in R; a
     // ripple that flux should have gone with.
     static const struct {
         const char *text;
         double z[DQW_SIGNS];
     } none[] = {{"R less", {[DQW_SIGN_R] = -10}},
+                {"dead time less", {[DQW_SIGN_DEAD_TIME] = -10}},
                 {"L_d", {[DQW_SIGN_LD] = -10}},
                 {"L_q", {[DQW_SIGN_LQ] = 10}},
                 {"the map on d", {[DQW_SIGN_MAP_D] = 10}},
