@@ -131,7 +131,8 @@ bool mirrored(const Fitted& a, const Fitted& b)
     return true;
 }
 
-/// Of each weight of unit columns, d above q: as wide as the scores of the stretches scatter.
+/// Of each weight of unit columns, d above q: as wide as the scores of the stretches scatter; infinite where it is not
+/// told.
 Eigen::VectorXd deviations(const Eigen::MatrixXd& x, const Eigen::VectorXd& e)
 {
     const Eigen::Index m = x.rows() / 2, n = static_cast<Eigen::Index>(kStretches);
@@ -142,8 +143,12 @@ Eigen::VectorXd deviations(const Eigen::MatrixXd& x, const Eigen::VectorXd& e)
             score += x.row(k).transpose() * e(k) + x.row(m + k).transpose() * e(m + k);
         scatter += score * score.transpose();
     }
-    const Eigen::MatrixXd inverse = pseudo_inverse(x.transpose() * x);
-    return (inverse * scatter * inverse).diagonal().cwiseSqrt();
+    const Eigen::MatrixXd square = x.transpose() * x, inverse = pseudo_inverse(square);
+    // At one operating point two columns may be one: of weights that are told together alone, none is known.
+    constexpr double kTold = 1.0 - 1e-6;
+    const Eigen::VectorXd told = (inverse * square).diagonal();
+    const Eigen::VectorXd sd = (inverse * scatter * inverse).diagonal().cwiseSqrt();
+    return (told.array() < kTold).select(HUGE_VAL, sd);
 }
 
 /// R, L_d, L_q, psi; where the pole pairs are not known, what turns with the speed has weights of its own, p times

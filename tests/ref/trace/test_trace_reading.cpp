@@ -154,6 +154,26 @@ void what_turns_is_a_product_where_nobody_knows_the_pole_pairs()
         TEST_ASSERT_EQUAL_MESSAGE(e.name == "psi_Wb", e.times_pole_pairs, e.name.c_str());
 }
 
+// L_d and the flux stand before one column there, of which least norm gives each half: one of them negative, as sure as
+// their sum.
+void one_operating_point_turns_no_sign()
+{
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> noise(-0.15, 0.15);
+        Log log;
+        log.path = "point", log.regime = dqw::Regime::steady, log.machine.pole_pairs = 4;
+        for (int k = 0; k < 1000; ++k) {
+            log.t_s.push_back(k), log.w_m_rad_s.push_back(100), log.i_d_A.push_back(-1);
+            log.v_d_V.push_back(-2.4 + noise(random)), log.v_q_V.push_back(21 + noise(random));
+            log.i_q_A.push_back(2 + 1e-3 * noise(random));
+        }
+        const std::vector<Log> logs{log};
+        const auto r = dqw::other_reading(*dqw::trace_setup(logs, {}));
+        TEST_ASSERT_FALSE_MESSAGE(r.has_value(), (std::to_string(seed) + ": " + (r ? r->how : "")).c_str());
+    }
+}
+
 void rows_apart_are_found()
 {
     const auto rows = Reading::Kind::rows;
@@ -211,6 +231,7 @@ int main()
     RUN_TEST(an_order_of_phases_is_told_as_the_speed);
     RUN_TEST(pole_pairs_come_out_where_nobody_gave_them);
     RUN_TEST(what_turns_is_a_product_where_nobody_knows_the_pole_pairs);
+    RUN_TEST(one_operating_point_turns_no_sign);
     RUN_TEST(rows_apart_are_found);
     RUN_TEST(frames_are_found);
     return UNITY_END();
