@@ -537,7 +537,7 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
 /// most itself or all that the others leave.
 void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
-    constexpr double kFarAbove = 2.0;  // the floor: no estimate of it is that far off
+    constexpr double kFarAbove = 2.0;  // of the floor: clearly more than is_structured() asks for
     std::vector<std::string> kept;
     while (!s.found.empty()) {
         const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);

@@ -187,8 +187,8 @@ static void test_noise_on_every_sign_keeps_the_name(void)
 
 static void test_what_no_pattern_explains_is_unknown(void)
 {
-    // R of all phases; the inverter's loss, less of it; L_d; L_q; both L; R and flux both; flux up; two faults at once with as much of each in R; a
-    // ripple that flux should have gone with.
+    // R of all phases; the inverter's loss, less of it; L_d; L_q; both L; R and flux both; flux up; two faults at once
+    // with as much of each in R; a ripple that flux should have gone with.
     static const struct {
         const char *text;
         double z[DQW_SIGNS];
