@@ -2,12 +2,10 @@
 
 #include <math.h>
 
-static bool currents(const dqw_sim_plant *p, double t_s, const double *y, double i_A[2])
+static void stationary(const dqw_sim_plant *p, const dqw_sim_point *o, double i_A[2])
 {
-    dqw_sim_point o;
-    if (!dqw_sim_plant_point(p, t_s, y, &o)) return false;
-    i_A[0] = p->cos_frame * o.i_x_A - p->sin_frame * o.i_y_A, i_A[1] = p->sin_frame * o.i_x_A + p->cos_frame * o.i_y_A;
-    return true;
+    i_A[0] = p->cos_frame * o->i_x_A - p->sin_frame * o->i_y_A;
+    i_A[1] = p->sin_frame * o->i_x_A + p->cos_frame * o->i_y_A;
 }
 
 // What u^n / n!, u from 0 to 1 over the step, leaves behind the filter: the sum over k of -(-x)^k / (n + k)!, and above
@@ -25,15 +23,20 @@ static double lag(double x, int n)
 
 bool dqw_sim_filter_begin(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, const double *y)
 {
-    return currents(p, t_s, y, f->before_A);
+    dqw_sim_point o;
+    if (!dqw_sim_plant_point(p, t_s, y, &o)) return false;
+    stationary(p, &o, f->before_A);
+    return true;
 }
 
 bool dqw_sim_filter_step(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, double h_s, const double *middle,
-                         const double *end)
+                         const dqw_sim_point *end)
 {
     const double *b = f->before_A;
     double m[2], e[2];
-    if (!currents(p, t_s + 0.5 * h_s, middle, m) || !currents(p, t_s + h_s, end, e)) return false;
+    dqw_sim_point o;
+    if (!dqw_sim_plant_point(p, t_s + 0.5 * h_s, middle, &o)) return false;
+    stationary(p, &o, m), stationary(p, end, e);
     const double x = h_s / f->tau_s, left = exp(-x), by_slope = lag(x, 1), by_curve = lag(x, 2);
     for (int n = 0; n < 2; ++n) {
         // Slope at the beginning and curvature, in units of the step.

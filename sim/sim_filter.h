@@ -17,8 +17,8 @@ bool dqw_sim_filter_begin(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s,
 
 /// Moves over a step of h_s that begins at local time t_s: exact for the parabola through the currents at its
 /// beginning, middle and end, the first of which is the last step's end. Returns false where the plant cannot be
-/// evaluated.
+/// evaluated at the state in the middle.
 bool dqw_sim_filter_step(dqw_sim_filter *f, const dqw_sim_plant *p, double t_s, double h_s, const double *middle,
-                         const double *end);
+                         const dqw_sim_point *end);
 
 #endif

@@ -13,12 +13,19 @@
 // A failed evaluation (a flux map cannot be inverted there) asks CVODE for a smaller step.
 static int rhs(sunrealtype tau_s, N_Vector y, N_Vector dy, void *plant)
 {
-    return dqw_sim_plant_rhs(plant, tau_s, NV_DATA_S(y), NV_DATA_S(dy)) ? 0 : 1;
+    dqw_sim_point o;
+    return dqw_sim_plant_point(plant, tau_s, NV_DATA_S(y), &o) &&
+                   dqw_sim_plant_slopes(plant, tau_s, NV_DATA_S(y), &o, NV_DATA_S(dy))
+               ? 0
+               : 1;
 }
 
 static int margins(sunrealtype tau_s, N_Vector y, sunrealtype *margin, void *plant)
 {
-    return dqw_sim_plant_margins(plant, tau_s, NV_DATA_S(y), margin) ? 0 : 1;
+    dqw_sim_point o;
+    if (!dqw_sim_plant_point(plant, tau_s, NV_DATA_S(y), &o)) return 1;
+    dqw_sim_plant_margins(plant, NV_DATA_S(y), &o, margin);
+    return 0;
 }
 
 static int create_context(SUNContext *context)
@@ -123,8 +130,10 @@ static int step(dqw_sim_integrator *g, double to_s, double *at_s)
     const double from_s = *at_s;
     const int flag = CVode(g->cvode, to_s, g->y, at_s, CV_ONE_STEP);
     if (flag < 0 || !(g->filter.tau_s > 0)) return flag;
+    dqw_sim_point end;
     if (CVodeGetDky(g->cvode, 0.5 * (from_s + *at_s), 0, g->middle) ||
-        !dqw_sim_filter_step(&g->filter, g->plant, from_s, *at_s - from_s, NV_DATA_S(g->middle), NV_DATA_S(g->y)))
+        !dqw_sim_plant_point(g->plant, *at_s, NV_DATA_S(g->y), &end) ||
+        !dqw_sim_filter_step(&g->filter, g->plant, from_s, *at_s - from_s, NV_DATA_S(g->middle), &end))
         return -1;
     return flag;
 }

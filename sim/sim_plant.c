@@ -254,48 +254,43 @@ static void others(const dqw_sim_plant *p, double tau_s, const double *y, const 
     dqw_sim_circuit_branches(p, o, y, dy);
 }
 
-bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy)
+bool dqw_sim_plant_slopes(const dqw_sim_plant *p, double tau_s, const double *y, const dqw_sim_point *o, double *dy)
 {
-    dqw_sim_point o;
-    if (!dqw_sim_plant_point(p, tau_s, y, &o)) return false;
-    const double w_frame = p->turning_frame ? p->p * o.w_m_rad_s : 0;
-    dy[0] = o.e_x_V + w_frame * y[1];
-    dy[1] = o.e_y_V - w_frame * y[0];
+    const double w_frame = p->turning_frame ? p->p * o->w_m_rad_s : 0;
+    dy[0] = o->e_x_V + w_frame * y[1];
+    dy[1] = o->e_y_V - w_frame * y[0];
     if (p->at_w >= 0) {
-        dy[p->at_w] = (o.torque_Nm - o.friction_Nm - o.against_Nm) * p->J_inv;
-        dy[p->at_w + 1] = p->p * o.w_m_rad_s;
+        dy[p->at_w] = (o->torque_Nm - o->friction_Nm - o->against_Nm) * p->J_inv;
+        dy[p->at_w + 1] = p->p * o->w_m_rad_s;
     }
-    const double magnet_K_s = p->at_temp >= 0 ? heat(p, &o, dy) : 0;
-    others(p, tau_s, y, &o, dy);
+    const double magnet_K_s = p->at_temp >= 0 ? heat(p, o, dy) : 0;
+    others(p, tau_s, y, o, dy);
     if (p->at_energy >= 0) {
         double *e = dy + p->at_energy, W, dW_dpsi_m = 0;
-        const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o.turn_rad);
+        const dqw_sim_harmonic h = dqw_sim_plant_harmonic(p, p->theta_e_rad + o->turn_rad);
         if (magnet_K_s != 0 &&
-            !dqw_sim_flux_energy(&p->flux, o.psi_m_Wb, o.psi_d_Wb - h.d_Wb, o.psi_q_Wb - h.q_Wb, &W, &dW_dpsi_m))
+            !dqw_sim_flux_energy(&p->flux, o->psi_m_Wb, o->psi_d_Wb - h.d_Wb, o->psi_q_Wb - h.q_Wb, &W, &dW_dpsi_m))
             return false;
-        e[DQW_SIM_E_ELECTRICAL] = 1.5 * (o.v_x_V * o.i_x_A + o.v_y_V * o.i_y_A);
-        e[DQW_SIM_E_COPPER] = o.copper_W;
-        e[DQW_SIM_E_IRON] = o.iron_W;
-        e[DQW_SIM_E_MECHANICAL] = o.torque_Nm * o.w_m_rad_s;
+        e[DQW_SIM_E_ELECTRICAL] = 1.5 * (o->v_x_V * o->i_x_A + o->v_y_V * o->i_y_A);
+        e[DQW_SIM_E_COPPER] = o->copper_W;
+        e[DQW_SIM_E_IRON] = o->iron_W;
+        e[DQW_SIM_E_MECHANICAL] = o->torque_Nm * o->w_m_rad_s;
         e[DQW_SIM_E_MAGNET] = -1.5 * dW_dpsi_m * p->psi_ref_Wb * p->now.magnet_beta_per_K.value * magnet_K_s;
-        e[DQW_SIM_E_FRICTION] = o.friction_Nm * o.w_m_rad_s;
-        e[DQW_SIM_E_LOAD] = o.against_Nm * o.w_m_rad_s;
-        e[DQW_SIM_E_AMBIENT] = p->at_temp >= 0 ? heat_out_W(p, &o) : 0;
+        e[DQW_SIM_E_FRICTION] = o->friction_Nm * o->w_m_rad_s;
+        e[DQW_SIM_E_LOAD] = o->against_Nm * o->w_m_rad_s;
+        e[DQW_SIM_E_AMBIENT] = p->at_temp >= 0 ? heat_out_W(p, o) : 0;
     }
     return true;
 }
 
-bool dqw_sim_plant_margins(const dqw_sim_plant *p, double tau_s, const double *y, double margin[6])
+void dqw_sim_plant_margins(const dqw_sim_plant *p, const double *y, const dqw_sim_point *o, double margin[6])
 {
-    dqw_sim_point o;
     double i_A[3];
     for (int k = 0; k < 6; ++k) margin[k] = 1;
-    if (!dqw_sim_legs_open(p->legs)) return true;
-    if (!dqw_sim_plant_point(p, tau_s, y, &o)) return false;
-    dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
+    if (!dqw_sim_legs_open(p->legs)) return;
+    dqw_sim_phases_of(o->i_alpha_A, o->i_beta_A, i_A);
     for (int k = 0; k < 6; ++k)
-        margin[k] = dqw_sim_leg_margin(p->legs, k / 2, k % 2, i_A[k / 2], o.v_link_V, y[p->at_node + k / 2]);
-    return true;
+        margin[k] = dqw_sim_leg_margin(p->legs, k / 2, k % 2, i_A[k / 2], o->v_link_V, y[p->at_node + k / 2]);
 }
 
 bool dqw_sim_plant_energy(const dqw_sim_plant *p, double theta_e_rad, double psi_m_Wb, double psi_d_Wb, double psi_q_Wb,

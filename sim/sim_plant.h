@@ -83,11 +83,11 @@ bool dqw_sim_plant_ramp(dqw_sim_plant *p, const dqw_sim_scenario *s, double t_s)
 /// Evaluates the algebra at local time tau_s since t_k. Returns false where a flux map cannot be inverted.
 bool dqw_sim_plant_point(const dqw_sim_plant *p, double tau_s, const double *y, dqw_sim_point *out);
 
-/// dy/dt at local time tau_s. Returns false where a flux map cannot be inverted. Cost: about 60 ns healthy and linear.
-bool dqw_sim_plant_rhs(const dqw_sim_plant *p, double tau_s, const double *y, double *dy);
+/// dy/dt at local time tau_s, where the algebra is evaluated already. Returns false where a flux map has no energy.
+bool dqw_sim_plant_slopes(const dqw_sim_plant *p, double tau_s, const double *y, const dqw_sim_point *o, double *dy);
 
 /// The margins of legs within their dead time, by 2 leg + rail; see dqw_sim_leg_margin.
-bool dqw_sim_plant_margins(const dqw_sim_plant *p, double tau_s, const double *y, double margin[6]);
+void dqw_sim_plant_margins(const dqw_sim_plant *p, const double *y, const dqw_sim_point *o, double margin[6]);
 
 /// (E36), (E99).
 dqw_sim_harmonic dqw_sim_plant_harmonic(const dqw_sim_plant *p, double theta_e_rad);

@@ -14,15 +14,14 @@ static const double part = 0.1;
 
 // Near zero current a conducting part's drop bends within its knee: a step goes through one knee at most, or half of
 // the way to zero.
-static double knee_s(const dqw_sim_integrator *g, double t_s, const double *y)
+static double knee_s(const dqw_sim_integrator *g, const dqw_sim_point *o)
 {
     const dqw_sim_plant *p = g->plant;
-    dqw_sim_point o;
     double i_A[3];
-    if (!p->legs || !(p->legs->x->knee_A > 0) || !dqw_sim_plant_point(p, t_s, y, &o)) return INFINITY;
-    dqw_sim_phases_of(o.i_alpha_A, o.i_beta_A, i_A);
+    if (!p->legs || !(p->legs->x->knee_A > 0)) return INFINITY;
+    dqw_sim_phases_of(o->i_alpha_A, o->i_beta_A, i_A);
     const double least = fmin(fabs(i_A[0]), fmin(fabs(i_A[1]), fabs(i_A[2])));
-    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / fabs(o.v_link_V);
+    return fmax(p->legs->x->knee_A, 0.5 * least) * g->L_H / fabs(o->v_link_V);
 }
 
 static double step_s(const dqw_sim_integrator *g, const double *y)
@@ -47,17 +46,23 @@ static double step_s(const dqw_sim_integrator *g, const double *y)
 // So many steps a span are no campaign: something is far faster than the rest of the plant.
 static const long steps_max = 1000000;
 
+static bool slopes(const dqw_sim_plant *p, double t_s, const double *y, double *dy)
+{
+    dqw_sim_point o;
+    return dqw_sim_plant_point(p, t_s, y, &o) && dqw_sim_plant_slopes(p, t_s, y, &o, dy);
+}
+
 // A step, and the state in its middle by the method's own interpolant, whose error is of order four.
 static bool advance(const dqw_sim_plant *p, double t_s, double h_s, const double *y, const double *k1, double *out,
                     double *middle)
 {
     state k2, k3, k4, at;
     for (int n = 0; n < p->states; ++n) at[n] = y[n] + 0.5 * h_s * k1[n];
-    if (!dqw_sim_plant_rhs(p, t_s + 0.5 * h_s, at, k2)) return false;
+    if (!slopes(p, t_s + 0.5 * h_s, at, k2)) return false;
     for (int n = 0; n < p->states; ++n) at[n] = y[n] + 0.5 * h_s * k2[n];
-    if (!dqw_sim_plant_rhs(p, t_s + 0.5 * h_s, at, k3)) return false;
+    if (!slopes(p, t_s + 0.5 * h_s, at, k3)) return false;
     for (int n = 0; n < p->states; ++n) at[n] = y[n] + h_s * k3[n];
-    if (!dqw_sim_plant_rhs(p, t_s + h_s, at, k4)) return false;
+    if (!slopes(p, t_s + h_s, at, k4)) return false;
     for (int n = 0; n < p->states; ++n) {
         const double inner = k2[n] + k3[n];
         out[n] = y[n] + h_s / 6 * (k1[n] + 2 * inner + k4[n]);
@@ -88,13 +93,15 @@ static bool cross(const dqw_sim_plant *p, double t_s, double *h_s, const double 
                   const double before[6], const double after[6], double *out, double *middle, int ended[6])
 {
     double low = 0, high = *h_s, margin[6];
+    dqw_sim_point o;
     int at = farthest(after, ended), found[6], side = 0;
     double near = before[at], far = after[at];
     const double enough = 1e-8 * (near - far);
     for (int n = 0; n < 60 && far < -enough && high - low > 1e-12 * *h_s; ++n) {
         const double h = n % 20 == 19 ? 0.5 * (low + high)
                                       : low + (high - low) * fmin((near + 0.5 * enough) / (near - far), 1);
-        if (!advance(p, t_s, h, y, k1, out, middle) || !dqw_sim_plant_margins(p, t_s + h, out, margin)) return false;
+        if (!advance(p, t_s, h, y, k1, out, middle) || !dqw_sim_plant_point(p, t_s + h, out, &o)) return false;
+        dqw_sim_plant_margins(p, out, &o, margin);
         if (any_ended(before, margin, found)) {
             memcpy(ended, found, sizeof found);
             if (side == 1) near *= 0.5;
@@ -114,22 +121,27 @@ int dqw_sim_rk4(dqw_sim_integrator *g, double from_s, double to_s, double *reach
     const bool watched = p->at_node >= 0 && dqw_sim_legs_open(p->legs);
     double *y = dqw_sim_integrator_state(g), before[6], after[6], t = from_s;
     state k1, out, middle;
-    if (watched && !dqw_sim_plant_margins(p, t, y, before)) return -1;
+    dqw_sim_point o;
+    if (!dqw_sim_plant_point(p, t, y, &o)) return -1;
+    if (watched) dqw_sim_plant_margins(p, y, &o, before);
     const double most_s = step_s(g, y);
     const long until = g->steps + steps_max;
     bool end = false;
     while (t < to_s && !end) {
         if (g->steps >= until) return CV_TOO_MUCH_WORK;
-        double h = (to_s - t) / ceil((to_s - t) / fmin(most_s, knee_s(g, t, y)));
+        double h = (to_s - t) / ceil((to_s - t) / fmin(most_s, knee_s(g, &o)));
         const bool last = h >= to_s - t;
-        if (!dqw_sim_plant_rhs(p, t, y, k1) || !advance(p, t, h, y, k1, out, middle)) return -1;
+        if (!dqw_sim_plant_slopes(p, t, y, &o, k1) || !advance(p, t, h, y, k1, out, middle)) return -1;
         if (watched) {
-            if (!dqw_sim_plant_margins(p, t + h, out, after)) return -1;
+            if (!dqw_sim_plant_point(p, t + h, out, &o)) return -1;
+            dqw_sim_plant_margins(p, out, &o, after);
             end = any_ended(before, after, ended);
             if (end && !cross(p, t, &h, y, k1, before, after, out, middle, ended)) return -1;
             memcpy(before, after, sizeof before);
         }
-        if (g->filter.tau_s > 0 && !dqw_sim_filter_step(&g->filter, p, t, h, middle, out)) return -1;
+        const bool filtered = g->filter.tau_s > 0;
+        if ((!watched || end) && (!last || filtered) && !dqw_sim_plant_point(p, t + h, out, &o)) return -1;
+        if (filtered && !dqw_sim_filter_step(&g->filter, p, t, h, middle, &o)) return -1;
         memcpy(y, out, (size_t)p->states * sizeof *y);
         t = last && !end ? to_s : t + h;
         g->steps += 1, g->rhs_evaluations += 4;
