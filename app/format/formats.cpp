@@ -7,6 +7,7 @@
 
 #include "app/base/input_error.hpp"
 #include "app/base/text.hpp"
+#include "app/format/proposal.hpp"
 
 namespace dqw {
 namespace {
@@ -104,6 +105,7 @@ const Format& format_of(const Head& head)
                          fmt::format("{} a line and no header; expected a header, or --format NAME (simplefoc, "
                                      "odrive_dyno; dqwatch formats lists all)",
                                      counted(head.fields.size(), "number")));
+    if (proposes_a_log(head)) return plain;
     for (const Format* format : formats()) {
         const auto missing = marks_missing(*format, head);
         // Three of four marks, and three at least: a header of two common names is nobody's.

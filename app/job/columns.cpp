@@ -56,6 +56,12 @@ std::string survey_json(const Surveyed& surveyed)
     out["regime"] = s.regime.empty() ? Json(nullptr) : Json(s.regime);
     out["regime_why"] = s.regime_why;
     out["missing"] = s.missing;
+    if (!s.proposed.empty()) {
+        Json proposed = Json::array();
+        for (const ProposedColumn& p : s.proposed)
+            proposed.push_back(Json{{"name", p.name}, {"toml", p.toml}, {"unit_guessed", p.is_guessed}});
+        out["proposed"] = std::move(proposed);
+    }
     std::vector<std::string> warnings;
     for (const std::string& note : surveyed.notes)
         if (note.compare(0, 9, "warning: ") == 0) warnings.push_back(note.substr(9));
@@ -91,6 +97,9 @@ std::string survey_text(const Surveyed& surveyed)
     out += s.regime.empty() ? fmt::format("regime: none yet, {}\n", s.regime_why)
                             : fmt::format("regime: {}, {}\n", s.regime, s.regime_why);
     for (const std::string& what : s.missing) out += "missing: " + what + "\n";
+    if (!s.proposed.empty()) out += "\nproposed by their names, to check and put into the machine file:\n[columns]\n";
+    for (const ProposedColumn& p : s.proposed)
+        out += fmt::format("{} = {}{}\n", p.name, p.toml, p.is_guessed ? "  # the header says no unit" : "");
     return out;
 }
 

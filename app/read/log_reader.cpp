@@ -295,7 +295,10 @@ private:
         std::string what = fmt::format("missing column{} {}; a {} log needs {}, the file has {}",
                                        names.size() == 1 ? "" : "s", list(names), name_of(assumed),
                                        names.size() == 1 ? "it" : "them", list(shown_all(opening_.head.fields)));
-        if (!own_format()) what += fmt::format("; read as {}, dqwatch columns says more", format_.name);
+        if (!own_format())
+            what += fmt::format("; read as {}, dqwatch columns says more", format_.name);
+        else if (!proposed_columns(opening_.head, in_file_).empty())
+            what += "; dqwatch columns proposes which they are";
         throw InputError(path_, opening_.head.line, what);
     }
 
@@ -711,6 +714,7 @@ private:
         s.columns = surveyed_columns(import_, log_, has_);
         for (const std::string& need : import_.missing_given) s.missing.push_back(how_to_give(need));
         for (const std::string& name : missing()) s.missing.push_back(name);
+        if (own_format() && !s.missing.empty()) s.proposed = proposed_columns(opening_.head, in_file_);
         const bool enough = rows_ >= fewest_rows(log_.regime);
         if (complete(log_.regime, has_) && enough)
             s.regime = name_of(log_.regime), s.regime_why = regime_why_;

@@ -141,6 +141,7 @@ std::string stem_of(const ColumnInfo& column)
 /// needs is refused: without it the log would be taken for another kind.
 void take_other_units(Import& in, const MachineFile& machine)
 {
+    std::vector<std::string> bare, own;
     for (const ColumnInfo& column : columns) {
         if (in.columns[column.id] || machine.sources[column.id].line) continue;
         if (column.id == col_t && in.given.period_s) continue;
@@ -154,11 +155,7 @@ void take_other_units(Import& in, const MachineFile& machine)
                                      : field.rfind(stem + "_", 0) == 0 ? field.substr(stem.size() + 1)
                                                                        : "";
             if (field == stem && says.empty() && !may_lack(column.id) && !maps_columns(machine))
-                throw InputError(
-                    in.head.path, in.head.line,
-                    fmt::format("column {} says no unit: name it {}, or say under [columns] of the machine "
-                                "file {} = \"{}\"",
-                                shown(field), column.name, column.name, stem));
+                bare.push_back(shown(field)), own.push_back(fmt::format("{} = \"{}\"", column.name, stem));
             if (says.empty() || !is_unit(column.id, says)) continue;
             found.push_back(f), unit = says;
         }
@@ -172,6 +169,10 @@ void take_other_units(Import& in, const MachineFile& machine)
         in.notes.push_back(
             fmt::format("{} is read from {}, in {}", column.name, shown(in.head.fields[found.front()]), unit));
     }
+    if (!bare.empty())
+        throw InputError(in.head.path, in.head.line,
+                         fmt::format("column{} {} say{} no unit: under [columns] of the machine file {}",
+                                     bare.size() == 1 ? "" : "s", list(bare), bare.size() == 1 ? "s" : "", list(own)));
 }
 
 /// A line of units below the header, where its names are dqwatch's.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/format/format.hpp"
+#include "app/format/proposal.hpp"
 
 namespace dqw {
 
@@ -35,9 +36,10 @@ struct Survey {
     std::vector<LeftOut> left_out;
     std::vector<std::string> unused;
     std::vector<std::string> notes;
-    std::string regime;                ///< empty: none
-    std::string regime_why;            ///< or why there is none
-    std::vector<std::string> missing;  ///< by name, with the option that says it
+    std::string regime;                    ///< empty: none
+    std::string regime_why;                ///< or why there is none
+    std::vector<std::string> missing;      ///< by name, with the option that says it
+    std::vector<ProposedColumn> proposed;  ///< what other fields may be, where columns are missing
 };
 
 /// What each column is made of, and the values that `log` has of those in `has`.

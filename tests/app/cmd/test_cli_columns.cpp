@@ -117,6 +117,72 @@ static void what_is_written_is_the_same_log(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * machine.psi_Wb, machine.psi_Wb, after.at("psi_Wb").at("value").get<double>());
 }
 
+/// What is proposed of a header, one column a line, its unit behind it and `?` where the header says none.
+static std::string proposed(const std::string& header)
+{
+    const command::Folder here;
+    std::string rows = header + "\n";
+    const auto fields = static_cast<std::size_t>(std::count(header.begin(), header.end(), ',')) + 1;
+    for (int k = 1; k <= 3; ++k) {
+        for (std::size_t f = 0; f < fields; ++f) rows += (f ? "," : "") + std::to_string(k);
+        rows += "\n";
+    }
+    const Outcome run = command::dqwatch({"columns", here.write("x.csv", rows), "--json"});
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.code, run.err.c_str());
+    const auto json = nlohmann::json::parse(run.out);
+    std::string out;
+    if (!json.contains("proposed")) return out;
+    for (const auto& p : json.at("proposed"))
+        out += p.at("name").get<std::string>() + " = " + p.at("toml").get<std::string>() +
+               (p.at("unit_guessed").get<bool>() ? " ?" : "") + "\n";
+    return out;
+}
+
+static void a_header_of_common_names_is_proposed_for(void)
+{
+    TEST_ASSERT_EQUAL_STRING("t_s = { from = \"Time [s]\", unit = \"s\" }\n"
+                             "v_d_V = { from = \"Ud (mV)\", unit = \"mV\" }\n"
+                             "v_q_V = { from = \"Uq\", unit = \"V\" } ?\n"
+                             "i_d_A = { from = \"i_d_meas\", unit = \"A\" } ?\n"
+                             "i_q_A = { from = \"iq_A\", unit = \"A\" }\n"
+                             "w_m_rad_s = { from = \"Speed [RPM]\", unit = \"rpm\" }\n"
+                             "theta_e_rad = { from = \"elec_deg\", unit = \"deg\" }\n",
+                             proposed("Time [s],Ud (mV),Uq,i_d_meas,i_d_ref,iq_A,Speed [RPM],elec_deg").c_str());
+    TEST_ASSERT_EQUAL_STRING("w_m_rad_s = { from = \"omega_e\", unit = \"electrical rad/s\" }\n"
+                             "theta_e_rad = { from = \"theta\", unit = \"rad\" } ?\n"
+                             "i_dq_A = { from = [\"ia\", \"ib\", \"ic\"], unit = \"A\" } ?\n"
+                             "v_dq_V = { from = [\"v_alpha\", \"v_beta\"], kind = \"alpha_beta\", unit = \"V\" } ?\n",
+                             proposed("t_s,omega_e,theta,ia,ib,ic,v_alpha,v_beta").c_str());
+    TEST_ASSERT_EQUAL_STRING("", proposed("identity,wheel,temperament,a\\nb").c_str());
+    TEST_ASSERT_EQUAL_STRING("", proposed("t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta").c_str());
+}
+
+/// In the machine file it reads the log as one of its own columns is read.
+static void what_is_proposed_reads_the_log(void)
+{
+    const command::Folder here;
+    command::Machine machine;
+    command::write_log(here / "x.csv", 400, machine, {});
+    std::string log = command::read_file(here / "x.csv");
+    const std::string common = "time,ud,uq,id,iq,omega", header = log.substr(0, log.find('\n'));
+    TEST_ASSERT_EQUAL_STRING("t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s", header.substr(0, 37).c_str());
+    here.write("y.csv", common + log.substr(37));
+    const Outcome refused = command::dqwatch({"fit", here / "y.csv"});
+    TEST_ASSERT_EQUAL_INT(3, refused.code);
+    TEST_ASSERT_TRUE_MESSAGE(refused.err.find("dqwatch columns proposes which they are") != refused.err.npos,
+                             refused.err.c_str());
+    const std::string told = command::dqwatch({"columns", here / "y.csv"}).out;
+    const std::size_t at = told.find("[columns]\n");
+    TEST_ASSERT_TRUE_MESSAGE(at != told.npos, told.c_str());
+    here.write("y.toml", told.substr(at));
+    const auto fitted = [&](const char* name) {
+        const Outcome fit = command::dqwatch({"fit", here / name, "--pole-pairs", "4", "--json"});
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, fit.code, fit.err.c_str());
+        return nlohmann::json::parse(fit.out).at("parameters").at("Ld_H").at("value").get<double>();
+    };
+    TEST_ASSERT_EQUAL_DOUBLE(fitted("x.csv"), fitted("y.csv"));
+}
+
 /// What `columns` says is what the other subcommands read.
 static void every_subcommand_takes_a_vendors_file(void)
 {
@@ -141,6 +207,8 @@ int main(void)
     RUN_TEST(each_sample_is_told_as_its_snapshot);
     RUN_TEST(the_json_has_what_the_text_has);
     RUN_TEST(what_is_written_is_the_same_log);
+    RUN_TEST(a_header_of_common_names_is_proposed_for);
+    RUN_TEST(what_is_proposed_reads_the_log);
     RUN_TEST(every_subcommand_takes_a_vendors_file);
     return UNITY_END();
 }

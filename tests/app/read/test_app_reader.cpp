@@ -91,7 +91,11 @@ static void dqwatchs_names_may_have_other_units(void)
     // A column of its own unit comes first, and a reference is no current.
     TEST_ASSERT_EQUAL_DOUBLE(
         7, read("i_d_mA,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n9,1,2,7,4,5\n9,1,2,7,4,5\n9,1,2,7,4,6\n").i_d_A[0]);
-    expect_refused("v_d_V,v_q_V,i_d,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1, "column \"i_d\" says no unit: name it i_d_A");
+    expect_refused("v_d_V,v_q_V,i_d,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1,
+                   "column \"i_d\" says no unit: under [columns] of the machine file i_d_A = \"i_d\"");
+    expect_refused(
+        "v_d,v_q_V,i_d,i_q_A,w_m_rad_s\n1,2,3,4,5\n", "", 1,
+        "columns \"v_d\", \"i_d\" say no unit: under [columns] of the machine file v_d_V = \"v_d\", i_d_A = \"i_d\"");
     expect_refused("v_d_V,v_q_V,i_d_mA,i_d_mA,i_q_A,w_m_rad_s\n1,2,3,4,5,6\n", "", 1, "both stand for i_d_A");
     // What a log may lack refuses none, and a line of units says what a name does not.
     TEST_ASSERT_EQUAL_size_t(3,

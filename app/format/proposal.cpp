@@ -1,0 +1,194 @@
+#include "app/format/proposal.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/base/text.hpp"
+#include "app/format/unit.hpp"
+
+namespace dqw {
+namespace {
+
+/// A name as people write it, without case, spaces and signs, and the unit that it then is in.
+struct CommonName {
+    Column column;
+    const char* name;
+    const char* unit;
+};
+
+// The likelier of a column first.
+const CommonName common_names[] = {
+    {col_t, "t", "s"},
+    {col_t, "time", "s"},
+    {col_t, "timestamp", "s"},
+    {col_v_d, "vd", "V"},
+    {col_v_d, "ud", "V"},
+    {col_v_d, "voltaged", "V"},
+    {col_v_d, "vdref", "V"},
+    {col_v_d, "udref", "V"},
+    {col_v_d, "vdcmd", "V"},
+    {col_v_q, "vq", "V"},
+    {col_v_q, "uq", "V"},
+    {col_v_q, "voltageq", "V"},
+    {col_v_q, "vqref", "V"},
+    {col_v_q, "uqref", "V"},
+    {col_v_q, "vqcmd", "V"},
+    {col_i_d, "id", "A"},
+    {col_i_d, "currentd", "A"},
+    {col_i_q, "iq", "A"},
+    {col_i_q, "currentq", "A"},
+    {col_w_m, "omegam", "rad/s"},
+    {col_w_m, "wm", "rad/s"},
+    {col_w_m, "rpm", "rpm"},
+    {col_w_m, "speed", "rad/s"},
+    {col_w_m, "velocity", "rad/s"},
+    {col_w_m, "omega", "rad/s"},
+    {col_w_m, "w", "rad/s"},
+    {col_w_m, "omegae", "electrical rad/s"},
+    {col_w_m, "we", "electrical rad/s"},
+    {col_w_m, "erpm", "erpm"},
+    {col_theta_e, "thetae", "rad"},
+    {col_theta_e, "electricalangle", "rad"},
+    {col_theta_e, "elecangle", "rad"},
+    {col_theta_e, "elecdeg", "deg"},
+    {col_theta_e, "theta", "rad"},
+    {col_theta_m, "thetam", "rad"},
+    {col_theta_m, "mechangle", "rad"},
+    {col_theta_m, "mechdeg", "deg"},
+    {col_theta_m, "position", "rad"},
+    {col_v_dc, "vdc", "V"},
+    {col_v_dc, "udc", "V"},
+    {col_v_dc, "vbus", "V"},
+    {col_v_dc, "busvoltage", "V"},
+    {col_temp_winding, "tempwinding", "C"},
+    {col_temp_winding, "motortemp", "C"},
+    {col_temp_winding, "temperature", "C"},
+    {col_temp_winding, "temp", "C"},
+    {col_torque, "torque", "Nm"},
+};
+
+/// Of all phases, or alpha and beta.
+struct PhaseNames {
+    std::vector<const char*> names;
+    const char* kind;  ///< of [columns]; empty: phases
+};
+const PhaseNames phase_currents[] = {{{"ialpha", "ibeta"}, "alpha_beta"},
+                                     {{"ia", "ib", "ic"}, ""},
+                                     {{"iu", "iv", "iw"}, ""},
+                                     {{"ia", "ib"}, ""},
+                                     {{"iu", "iv"}, ""}};
+const PhaseNames phase_voltages[] = {
+    {{"valpha", "vbeta"}, "alpha_beta"}, {{"va", "vb", "vc"}, ""}, {{"vu", "vv", "vw"}, ""}};
+
+struct Field {
+    std::string written, name, unit;  ///< as in the file; as CommonName has it; what it says of its unit
+};
+
+/// "Id [A]", "speed_rpm", "i_d (measured)".
+Field read(const Head& head, std::size_t f)
+{
+    Field out;
+    out.written = head.fields[f];
+    std::string text(trimmed(out.written));
+    const std::size_t open = text.find_last_of("[(");
+    if (open != std::string::npos && open > 0 && (text.back() == ']' || text.back() == ')'))
+        out.unit = trimmed(text.substr(open + 1, text.size() - open - 2)), text.resize(open);
+    else if (f < head.units.size())
+        out.unit = head.units[f];
+    for (const char c : text)
+        if (std::isalnum(static_cast<unsigned char>(c)))
+            out.name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const std::string end : {"measured", "meas", "actual", "act", "feedback", "fb"})
+        if (out.name.size() > end.size() + 1 && out.name.compare(out.name.size() - end.size(), end.size(), end) == 0) {
+            out.name.resize(out.name.size() - end.size());
+            break;
+        }
+    return out;
+}
+
+/// As the unit's own name is written; empty where it is none.
+std::string unit_of(Column column, const std::string& said)
+{
+    for (const std::string& unit : unit_names(column))
+        if (equal_ignoring_case(unit, said)) return unit;
+    return "";
+}
+
+/// Whether a field has this name, with or without a unit behind it.
+bool is_called(const Field& field, Column column, const std::string& name, std::string& unit)
+{
+    if (field.name.compare(0, name.size(), name) != 0) return false;
+    const std::string behind = field.name.substr(name.size());
+    unit = behind.empty() ? unit_of(column, field.unit) : unit_of(column, behind);
+    return behind.empty() || !unit.empty();
+}
+
+std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+
+/// Names of phases that are all there.
+bool propose_phases(const std::vector<Field>& fields, Column column, const char* key, const PhaseNames& phases,
+                    std::vector<ProposedColumn>& out)
+{
+    std::string from, unit, last;
+    for (const char* name : phases.names) {
+        const auto found = std::find_if(fields.begin(), fields.end(),
+                                        [&](const Field& f) { return is_called(f, column, name, unit); });
+        if (found == fields.end()) return false;
+        from += (from.empty() ? "" : ", ") + quoted(found->written), last = unit;
+    }
+    const std::string kind = *phases.kind ? fmt::format(", kind = \"{}\"", phases.kind) : "";
+    out.push_back({key,
+                   fmt::format("{{ from = [{}]{}, unit = \"{}\" }}", from, kind,
+                               last.empty() ? unit_names(column).front() : last),
+                   last.empty()});
+    return true;
+}
+
+}  // namespace
+
+std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& has)
+{
+    std::vector<Field> fields;
+    for (std::size_t f = 0; f < head.fields.size(); ++f)
+        if (printable(head.fields[f]) == head.fields[f]) fields.push_back(read(head, f));
+    std::vector<ProposedColumn> out;
+    ColumnSet found{};
+    for (const CommonName& common : common_names) {
+        if (has[common.column] || found[common.column]) continue;
+        for (const Field& field : fields) {
+            std::string unit;
+            if (!is_called(field, common.column, common.name, unit)) continue;
+            found[common.column] = true;
+            const bool is_said = !unit.empty() || std::string(common.unit) != unit_names(common.column).front();
+            out.push_back({columns[common.column].name,
+                           fmt::format("{{ from = {}, unit = \"{}\" }}", quoted(field.written),
+                                       unit.empty() ? common.unit : unit),
+                           !is_said});
+            break;
+        }
+    }
+    const auto lacks = [&](Column c) { return !has[c] && !found[c]; };
+    if (lacks(col_i_d) && lacks(col_i_q))
+        for (const PhaseNames& phases : phase_currents)
+            if (propose_phases(fields, col_i_d, "i_dq_A", phases, out)) break;
+    if (lacks(col_v_d) && lacks(col_v_q))
+        for (const PhaseNames& phases : phase_voltages)
+            if (propose_phases(fields, col_v_d, "v_dq_V", phases, out)) break;
+    return out;
+}
+
+bool proposes_a_log(const Head& head)
+{
+    ColumnSet has{};
+    for (const std::string& field : head.fields)
+        if (const auto own = column_named(field)) has[*own] = true;
+    for (const ProposedColumn& p : proposed_columns(head, has))
+        if (const auto column = column_named(p.name)) has[*column] = true;
+    return has[col_t] && has[col_i_d] && has[col_i_q] && has[col_v_d] && has[col_v_q];
+}
+
+}  // namespace dqw

@@ -1,0 +1,27 @@
+// What the columns of a header that is no known format's may be, by the names that people give them: a proposal for
+// [columns] of the machine file. Nothing is read by it.
+#ifndef DQW_APP_FORMAT_PROPOSAL_HPP
+#define DQW_APP_FORMAT_PROPOSAL_HPP
+
+#include <string>
+#include <vector>
+
+#include "app/base/columns.hpp"
+#include "app/format/head.hpp"
+
+namespace dqw {
+
+struct ProposedColumn {
+    std::string name;         ///< of [columns]: t_s, i_dq_A
+    std::string toml;         ///< its value
+    bool is_guessed = false;  ///< the header says no unit that is known: SI, or what the name says
+};
+
+/// Of the columns that are not there already, in the order of the log format.
+std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& has);
+
+/// Whether currents, voltages and a time are among them: a log that somebody wrote by hand.
+bool proposes_a_log(const Head& head);
+
+}  // namespace dqw
+#endif
