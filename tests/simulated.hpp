@@ -19,6 +19,8 @@ inline dqw::Log simulated(const std::string& scenario, const std::vector<std::st
                           Beside beside = Beside::truth)
 {
     dqw_sim_scenario s = dqw::scenario_named(scenario);
+    // From edge to edge CVODE begins anew each time: the same log in twice the time.
+    if (s.inverter.modulation != DQW_SIM_MODULATION_MEAN) s.method = DQW_SIM_RK4;
     for (const auto& setting : settings) dqw::set(s, setting);
     const auto simulation = dqw::simulate(s, [](double) {});
     const command::Folder folder;

@@ -309,8 +309,8 @@ static void legs_that_rest_are_carried()
 static void legs_and_observer_of_a_learned_log()
 {
     const Folder folder;
-    const auto sim = command::dqwatch(
-        {"sim", "drive_clamped_joint", "--set", "duration_s=1", "--seed", "60493", "--out", folder / ""});
+    const auto sim = command::dqwatch({"sim", "drive_clamped_joint", "--set", "method=rk4", "--set", "duration_s=1",
+                                       "--seed", "60493", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
     const auto run = command::dqwatch({"learn", folder / "drive_clamped_joint.csv", "--arith", "q15", "--effect",
                                        "dead_time", "--json", "--out", folder / ""});
@@ -318,7 +318,8 @@ static void legs_and_observer_of_a_learned_log()
     TEST_ASSERT_TRUE_MESSAGE(header.find(".angle = true, .modulation = DQW_MODULATION_CLAMPED_LOW\n") !=
                                  std::string::npos,
                              (run.err + header).c_str());
-    const auto seen = command::dqwatch({"sim", "drive_observer_joint", "--set", "duration_s=1", "--out", folder / ""});
+    const auto seen = command::dqwatch(
+        {"sim", "drive_observer_joint", "--set", "method=rk4", "--set", "duration_s=1", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, seen.code, seen.err.c_str());
     (void)command::dqwatch({"learn", folder / "drive_observer_joint.csv", "--arith", "q15", "--out", folder / ""});
     const std::string other = command::read_file(folder / "dqw_q15_config.h");

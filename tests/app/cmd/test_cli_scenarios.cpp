@@ -98,8 +98,9 @@ static void rpm_is_told_in_every_scenario_that_turns(void)
         const double rows = scenario.at("rows").get<double>(), seconds = scenario.at("duration_s").get<double>();
         if (rows > 100000) continue;
         // As much is told by so many rows.
-        const double enough = seconds * std::min(1.0, 20000 / rows);
-        run_json({"sim", name, "--out", folder / "", "--set", "duration_s=" + std::to_string(enough)});
+        const double enough = seconds * std::min(1.0, 8000 / rows);
+        run_json({"sim", name, "--out", folder / "", "--set", "duration_s=" + std::to_string(enough), "--set",
+                  name.rfind("drive_", 0) == 0 ? "method=rk4" : "method=adams"});
         const std::string path = folder / (name + ".csv");
         const Outcome right = command::dqwatch({"learn", path});
         TEST_ASSERT_TRUE_MESSAGE(right.code == 0 || right.code == 4, right.err.c_str());

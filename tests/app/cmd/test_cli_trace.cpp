@@ -467,8 +467,8 @@ static void a_load_is_no_friction(void)
 static void an_observers_angle_tells_no_inductance_along_q(void)
 {
     const Folder folder;
-    const Outcome sim = command::dqwatch(
-        {"sim", "drive_observer_joint", "--seed", "60540", "--set", "duration_s=1", "--out", folder / ""});
+    const Outcome sim = command::dqwatch({"sim", "drive_observer_joint", "--seed", "60540", "--set", "method=rk4",
+                                          "--set", "duration_s=1", "--out", folder / ""});
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, sim.code, sim.err.c_str());
     const std::string log = folder / "drive_observer_joint.csv";
     for (const char* command : {"fit", "learn"}) {
