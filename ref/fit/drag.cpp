@@ -1,6 +1,6 @@
 #include "ref/fit/drag.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <set>
 

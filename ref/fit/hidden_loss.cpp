@@ -1,5 +1,6 @@
 #include "ref/fit/hidden_loss.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "ref/fit/polled_looks.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>

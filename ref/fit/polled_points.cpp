@@ -1,10 +1,11 @@
 #include "ref/fit/polled_points.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "ref/fit/polled_logs.hpp"
+#include "ref/log/symmetric.hpp"
 
 namespace dqw {
 namespace {
@@ -64,9 +65,8 @@ std::vector<Eigen::MatrixX2d> left_of(const std::vector<Log>& logs)
             a += x.transpose() * x, b += x.transpose() * Eigen::Vector2d(log.v_d_V[k], log.v_q_V[k]);
         }
     const Eigen::Vector4d size = a.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::Vector4d weights = size.asDiagonal() * Eigen::Matrix4d(size.asDiagonal() * a * size.asDiagonal())
-                                                            .completeOrthogonalDecomposition()
-                                                            .solve(Eigen::Vector4d(size.asDiagonal() * b));
+    const Eigen::Vector4d weights = size.asDiagonal() *
+                                    least_squares(size.asDiagonal() * a * size.asDiagonal(), size.asDiagonal() * b);
     std::vector<Eigen::MatrixX2d> out;
     for (const Log& log : logs) {
         Eigen::MatrixX2d e(static_cast<Eigen::Index>(log.rows()), 2);

@@ -1,12 +1,13 @@
 #include "ref/fit/polled_shaft.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "ref/fit/assess.hpp"
 #include "ref/fit/explain.hpp"
+#include "ref/log/symmetric.hpp"
 
 namespace dqw {
 namespace {
@@ -73,7 +74,7 @@ Shaft solved(const std::vector<ShaftRow>& rows)
     Eigen::Matrix3d a = Eigen::Matrix3d::Zero(), scatter = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     for (const ShaftRow& r : rows) a += r.z * r.x.transpose(), b += r.z * r.torque_Nm;
-    const Eigen::Matrix3d inverse = a.completeOrthogonalDecomposition().pseudoInverse();
+    const Eigen::Matrix3d inverse = pseudo_inverse(a);
     Shaft out;
     out.value = inverse * b;
     std::vector<Eigen::Vector3d> scores;

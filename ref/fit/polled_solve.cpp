@@ -1,5 +1,6 @@
 #include "ref/fit/polled_solve.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -2,7 +2,7 @@
 #ifndef DQW_REF_FIT_POLLED_SOLVE_HPP
 #define DQW_REF_FIT_POLLED_SOLVE_HPP
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 

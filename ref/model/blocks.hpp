@@ -2,7 +2,7 @@
 #ifndef DQW_REF_MODEL_BLOCKS_HPP
 #define DQW_REF_MODEL_BLOCKS_HPP
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 

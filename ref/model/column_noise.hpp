@@ -2,7 +2,7 @@
 #ifndef DQW_REF_MODEL_COLUMN_NOISE_HPP
 #define DQW_REF_MODEL_COLUMN_NOISE_HPP
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <vector>

@@ -2,7 +2,7 @@
 #ifndef DQW_REF_MODEL_MODEL_HPP
 #define DQW_REF_MODEL_MODEL_HPP
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstddef>
 #include <functional>
 #include <string>

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ref/log/symmetric.hpp"
+
 namespace dqw {
 namespace {
 
@@ -12,8 +14,7 @@ constexpr double kWarms = 0.05;  ///< of the friction, over a log: a deviation o
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& m)
 {
     const Eigen::VectorXd unit = m.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd of_unit = unit.asDiagonal() * m * unit.asDiagonal();
-    return unit.asDiagonal() * of_unit.completeOrthogonalDecomposition().pseudoInverse() * unit.asDiagonal();
+    return unit.asDiagonal() * pseudo_inverse(unit.asDiagonal() * m * unit.asDiagonal()) * unit.asDiagonal();
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #ifndef DQW_REF_MODEL_WARMING_HPP
 #define DQW_REF_MODEL_WARMING_HPP
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 #include "ref/log/log.hpp"

@@ -1,11 +1,12 @@
 #include "ref/trace/candidates.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "ref/effect/range.hpp"
+#include "ref/log/symmetric.hpp"
 #include "ref/trace/inverter_loss.hpp"
 
 namespace dqw {
@@ -78,7 +79,7 @@ double off_any_curve(const std::vector<Log>& logs, double i_base_A)
             of.row(k) << 1.0, x, std::abs(x), x * x;
             y[k] = axis == 0 ? d : q;
         }
-        const Eigen::VectorXd rest = y - of * of.completeOrthogonalDecomposition().solve(y);
+        const Eigen::VectorXd rest = y - of * least_squares(of, y);
         least = std::min(least, std::sqrt(rest.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(n, 1))));
     }
     return least;

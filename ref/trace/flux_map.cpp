@@ -1,5 +1,7 @@
 #include "ref/trace/flux_map.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

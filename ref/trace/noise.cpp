@@ -1,6 +1,6 @@
 #include "ref/trace/noise.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -8,6 +8,7 @@
 #include "ref/effect/range.hpp"
 #include "ref/fit/explain.hpp"
 #include "ref/log/median.hpp"
+#include "ref/log/symmetric.hpp"
 #include "ref/model/electrical.hpp"
 #include "ref/model/foretold.hpp"
 #include "ref/search/solve.hpp"
@@ -291,8 +292,7 @@ double floor_in_the_plane(const std::vector<ReportBlock>& blocks)
             of.row(m) = left.row(j);
         }
         // How much of each neighbour stands in the plane's value at the row.
-        const Eigen::VectorXd part = plane.transpose().completeOrthogonalDecomposition().solve(
-            Eigen::VectorXd::Unit(varied + 1, 0));
+        const Eigen::VectorXd part = least_squares(plane.transpose(), Eigen::VectorXd::Unit(varied + 1, 0));
         sum += (left.row(k) - part.transpose() * of).squaredNorm() / (1.0 + part.squaredNorm());
     }
     return std::sqrt(sum / static_cast<double>(2 * n));
