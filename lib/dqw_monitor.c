@@ -290,7 +290,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     change[DQW_SIGN_RESISTANCE_IM] += w_e * change[DQW_SIGN_REACTANCE_RE];
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
                                        0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]), w_e,
-                                       m->config->estimator.observed};
+                                       m->config->estimator.observed, m->healthy.weight[DQW_DEAD_TIME]};
     return dqw_fault_name_it(change, unit, machine);
 }
 

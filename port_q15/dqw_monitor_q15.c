@@ -304,8 +304,12 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
     ripple_q24[0] = dqw_q31_sat(ripple_q24[0] - re);
     ripple_q24[1] = dqw_q31_sat(ripple_q24[1] + im);
     const dqw_estimator_q15_config *c = m->estimator.config;
-    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(c), speed_q24, c->observed};
+    const dqw_fault_machine_q15 machine = {h[DQW_R],
+                                           dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
+                                           dqw_witness_short_q40(c),
+                                           speed_q24,
+                                           c->observed,
+                                           h[DQW_DEAD_TIME]};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 

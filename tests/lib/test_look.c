@@ -306,7 +306,7 @@ static dqw_fault_verdict named(const dqw_monitor *m)
     change[DQW_SIGN_RESISTANCE_IM] += (float)(w_e * (double)gain[0]);
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
                                        (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]) / 2, (float)w_e,
-                                       m->config->estimator.observed};
+                                       m->config->estimator.observed, m->healthy.weight[DQW_DEAD_TIME]};
     return dqw_fault_name_it(change, unit, machine);
 }
 

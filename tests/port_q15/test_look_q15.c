@@ -330,9 +330,12 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
     change_q24[DQW_SIGN_RESISTANCE_RE] = rounded(change_q24[DQW_SIGN_RESISTANCE_RE] - speed * gain_q24[1]);
     change_q24[DQW_SIGN_RESISTANCE_IM] = rounded(change_q24[DQW_SIGN_RESISTANCE_IM] + speed * gain_q24[0]);
     const int32_t *h = m->healthy.weight_q24;
-    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(&config.estimator), rounded(speed * Q24),
-                                           config.estimator.observed};
+    const dqw_fault_machine_q15 machine = {h[DQW_R],
+                                           dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
+                                           dqw_witness_short_q40(&config.estimator),
+                                           rounded(speed * Q24),
+                                           config.estimator.observed,
+                                           h[DQW_DEAD_TIME]};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 
