@@ -7,11 +7,12 @@
 
 // A pattern must explain this part of what changed, squared.
 #define EXPLAINED_MIN 0.6f
-// What one factor for R, L and flux may leave of them, squared: three deviations' chance of 99 %, and a part of it.
-#define SCALE_LEFT 12.0f
+// What one factor for R, L, flux and dead time may leave of them, squared: five deviations' chance of 99 %, and a part
+// of it.
+#define SCALE_LEFT 16.0f
 #define SCALE_LEFT_PART 0.02f
 // And of two more where a map's weights are known.
-#define SCALE_LEFT_MAP 16.0f
+#define SCALE_LEFT_MAP 20.0f
 // What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays is taken
 // to move by 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
 #define APART 2.0f
@@ -36,8 +37,10 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine m,
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = 1.0f; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = 1.0f; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = 1.0f; break;
-    // R goes with the dead time, the one up where the other comes down: it says nothing.
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f;
+    // R alone says nothing, for it comes down where dead time goes up.
+    case DQW_FAULT_VOLTAGE_SCALE:
+        p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = 1.0f;
+        p[DQW_SIGN_DEAD_TIME] = m.dead_time_V;
 #if DQW_MAP_WEIGHTS > 0
         p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = 1.0f;
 #endif
@@ -80,7 +83,8 @@ static bool is_scale(float p[], const float z[], const float unit[], bool observ
     if (observed) p[DQW_SIGN_LQ] = 0.0f;
     const float said = explained_by(p, z, unit, true);
     float left = -said;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) left += p[i] * z[i] * z[i];
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_DEAD_TIME; i++)
+        if (p[i] != 0.0f) left += z[i] * z[i];
     float most = SCALE_LEFT;
 #if DQW_MAP_WEIGHTS > 0
     const float map = z[DQW_SIGN_MAP_D] * z[DQW_SIGN_MAP_D] + z[DQW_SIGN_MAP_Q] * z[DQW_SIGN_MAP_Q];

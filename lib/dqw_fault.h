@@ -16,8 +16,9 @@ extern "C" {
 /// What the machine is, for the patterns.
 typedef struct dqw_fault_machine {
     float R_ohm, L_H;
-    float w_e_rad_s;  ///< (E177)'s mean
-    bool observed;    ///< by an observer's angle: its L_q tells nothing of the voltage
+    float w_e_rad_s;    ///< (E177)'s mean
+    bool observed;      ///< by an observer's angle: its L_q tells nothing of the voltage
+    float dead_time_V;  ///< healthy
 } dqw_fault_machine;
 
 /// Name what changed.

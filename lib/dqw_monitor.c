@@ -33,6 +33,8 @@
 // And one of less than that is none at all: about two to one.
 #define SURE_LEAST 0.65f
 #define TEMPERATURE_BAND_K 5.0f
+// Of a change a weight shows so much at least: its share is a divisor.
+#define SHARE_LEAST 0.05f
 // Part of the speed base above which a direction is one.
 #define SLOWEST_PU 0.1f
 // A change is named within so many looks of being found.
@@ -263,25 +265,32 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
 {
     float change[DQW_SIGNS];
     float unit[DQW_SIGNS];
+    const dqw_estimator *e = &m->estimator;
+    const float rows = (float)(2u * (e->number - m->named_since));
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         dqw_monitor_channel_value x;
         dqw_monitor_read_channel(m, channel, &x);
         // A change of a third of a band is none; what is not known, or was not, counts for nothing.
         const float third = dqw_monitor_band_of(m, channel) * (1.0f / 3.0f);
         const bool sure = x.sd < DQW_UNKNOWN && m->watch.looks[channel] >= DQW_WATCH_LOOKS_LEAST;
-        const float least = sqrtf(x.sd * x.sd + third * third);
+        const float least = sure ? sqrtf(x.sd * x.sd + third * third) : DQW_UNKNOWN;
         if (channel < DQW_WATCH_OFFSET) {
-            const float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
-                                : channel == DQW_WATCH_DEAD_TIME ? 1.0f
-                                                                 : m->healthy.weight[channel];
+            float scale = channel == DQW_WATCH_ANGLE       ? m->healthy.weight[DQW_PSI]
+                          : channel == DQW_WATCH_DEAD_TIME ? 1.0f
+                                                           : m->healthy.weight[channel];
+            // Of a change a weight shows what its gain has let it follow since. (E64)
+            const int weight = dqw_watch_weight(channel);
+            const float share = SHARE_LEAST +
+                                rows * dqw_gain_covariance(&e->gain, weight, weight) * e->alone_pu2[weight];
+            if (share < 1.0f) scale *= share;
             change[channel] = is_apart(m, channel) ? 0.0f : x.change / scale;
-            unit[channel] = sure ? least / fabsf(scale) : DQW_UNKNOWN;
+            unit[channel] = least / fabsf(scale);
         } else {
             const int k = channel - DQW_WATCH_OFFSET;
             const int at = DQW_SIGN_OFFSET_RE + 2 * k;
             change[at] = m->witness.re[k] - m->healthy.re[k];
             change[at + 1] = m->witness.im[k] - m->healthy.im[k];
-            unit[at] = unit[at + 1] = sure ? least : DQW_UNKNOWN;
+            unit[at] = unit[at + 1] = least;
         }
     }
     // A resistance and a gain share a ripple: at the mean speed it is known whatever their shares. (E177)
@@ -290,7 +299,7 @@ static dqw_fault_verdict name_it(const dqw_monitor *m)
     change[DQW_SIGN_RESISTANCE_IM] += w_e * change[DQW_SIGN_REACTANCE_RE];
     const dqw_fault_machine machine = {m->healthy.weight[DQW_R],
                                        0.5f * (m->healthy.weight[DQW_LD] + m->healthy.weight[DQW_LQ]), w_e,
-                                       m->config->estimator.observed};
+                                       m->config->estimator.observed, m->healthy.weight[DQW_DEAD_TIME]};
     return dqw_fault_name_it(change, unit, machine);
 }
 

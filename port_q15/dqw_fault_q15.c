@@ -7,11 +7,11 @@
 
 // A pattern must explain this part of what changed, squared: 0.6.
 #define EXPLAINED_MIN_Q15 19661
-// What one factor for R, L and flux may leave of them, squared: 12, and a fiftieth of what it explains.
-#define SCALE_LEFT_Q20 12582912
+// What one factor for R, L, flux and dead time may leave of them, squared: 16, and a fiftieth of what it explains.
+#define SCALE_LEFT_Q20 16777216
 #define SCALE_LEFT_PARTS 50
-// And 16 where a map's weights are known.
-#define SCALE_LEFT_MAP_Q20 16777216
+// And 20 where a map's weights are known.
+#define SCALE_LEFT_MAP_Q20 20971520
 // What a second pattern must leave more, squared, before it counts as told apart: odds of e^2, for what stays is taken
 // to move by 0.7 of its unit; and a hundredth of the whole, as patterns are no better known.
 #define APART_Q20 2097152
@@ -43,8 +43,10 @@ static bool pattern_of(enum dqw_fault_name name, int phase, dqw_fault_machine_q1
     case DQW_FAULT_ENCODER_OFFSET: p[DQW_SIGN_ANGLE] = ONE_Q24; break;
     case DQW_FAULT_INVERTER_FAULT: p[DQW_SIGN_DEAD_TIME] = ONE_Q24; break;
     case DQW_FAULT_RESISTANCE_RISE: p[DQW_SIGN_R] = ONE_Q24; break;
-    // R goes with the dead time, the one up where the other comes down: it says nothing.
-    case DQW_FAULT_VOLTAGE_SCALE: p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24;
+    // R alone says nothing, for it comes down where dead time goes up.
+    case DQW_FAULT_VOLTAGE_SCALE:
+        p[DQW_SIGN_R] = p[DQW_SIGN_LD] = p[DQW_SIGN_LQ] = p[DQW_SIGN_PSI] = ONE_Q24;
+        p[DQW_SIGN_DEAD_TIME] = m.dead_time_q24;
 #if DQW_MAP_WEIGHTS > 0
         p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = ONE_Q24;
 #endif
@@ -98,7 +100,7 @@ static bool is_scale(int64_t p_q24[], const int64_t z_q10[], const int32_t unit_
     if (observed) p_q24[DQW_SIGN_LQ] = 0;
     const int64_t e_q20 = explained_q20(z_q10, p_q24, unit_q24, true);
     int64_t left_q20 = -e_q20;
-    for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++)
+    for (int i = DQW_SIGN_R; i <= DQW_SIGN_DEAD_TIME; i++)
         if (p_q24[i] != 0) left_q20 += z_q10[i] * z_q10[i];
     int64_t most_q20 = SCALE_LEFT_Q20;
 #if DQW_MAP_WEIGHTS > 0

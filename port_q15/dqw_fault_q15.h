@@ -13,10 +13,11 @@ extern "C" {
 
 /// What the machine is, for the patterns, in the witness' units.
 typedef struct dqw_fault_machine_q15 {
-    int32_t R_q24, L_q24;  ///< of the nominal R, of the mean of the nominal L_d and L_q
-    int64_t short_q40;     ///< dqw_witness_short_q40()
-    int32_t speed_q24;     ///< (E177)'s mean: reactance's input over resistance's
-    bool observed;         ///< by an observer's angle: its L_q tells nothing of the voltage
+    int32_t R_q24, L_q24;   ///< of the nominal R, of the mean of the nominal L_d and L_q
+    int64_t short_q40;      ///< dqw_witness_short_q40()
+    int32_t speed_q24;      ///< (E177)'s mean: reactance's input over resistance's
+    bool observed;          ///< by an observer's angle: its L_q tells nothing of the voltage
+    int32_t dead_time_q24;  ///< healthy
 } dqw_fault_machine_q15;
 
 /// Which fault it is.

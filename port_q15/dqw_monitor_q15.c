@@ -34,6 +34,8 @@
 #define YOUNG_SEGMENTS 20u
 // While hardly any were met, a speed that steps for the first time makes any residual.
 #define NEW_SEGMENTS 3u
+// Of a change a weight shows so much at least, for its share is a divisor: 0.05.
+#define SHARE_LEAST_Q24 838861
 #define TEMPERATURE_BAND_K 5
 // Part of the full speed above which a direction is one: a fifteenth, a full scale being half as much again as a rated
 // value.
@@ -276,6 +278,7 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
     int32_t change_q24[DQW_SIGNS];
     int32_t unit_q24[DQW_SIGNS];
     const int32_t *h = m->healthy.weight_q24;
+    const dqw_estimator_q15 *e = &m->estimator;
     for (int channel = 0; channel < DQW_WATCH_FRICTION; channel++) {
         dqw_monitor_channel_q15 x;
         dqw_monitor_read_channel_q15(m, channel, &x);
@@ -283,9 +286,15 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
         int32_t least = dqw_q_length32(x.sd, dqw_monitor_band_of_q15(m, channel) / 3);
         if (m->watch.looks[channel] < DQW_WATCH_LOOKS_LEAST) least = INT32_MAX;
         if (channel < DQW_WATCH_OFFSET) {
-            const int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
-                                  : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
-                                                                   : h[channel];
+            int32_t scale = channel == DQW_WATCH_ANGLE       ? h[DQW_PSI]
+                            : channel == DQW_WATCH_DEAD_TIME ? ONE_Q24
+                                                             : h[channel];
+            // Of a change a weight shows what its gain has let it follow since. (E64)
+            const int weight = dqw_watch_weight(channel);
+            // Two rows a block: Q40 by Q31 of up to 2^39 to Q24
+            const int64_t looks_q31 = (int64_t)e->residual.alone_q31[weight] * m->named_looks;
+            const int64_t share_q24 = SHARE_LEAST_Q24 + dqw_q_product64(e->cov_q40[weight], looks_q31, -42);
+            if (share_q24 < ONE_Q24) scale = dqw_q_times32(share_q24, scale, -24);
             change_q24[channel] = is_apart(m, channel) ? 0 : over(x.change, scale);
             unit_q24[channel] = over(least, scale);
         } else {
@@ -304,8 +313,12 @@ static dqw_fault_verdict_q15 name_it(const dqw_monitor_q15 *m)
     ripple_q24[0] = dqw_q31_sat(ripple_q24[0] - re);
     ripple_q24[1] = dqw_q31_sat(ripple_q24[1] + im);
     const dqw_estimator_q15_config *c = m->estimator.config;
-    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(c), speed_q24, c->observed};
+    const dqw_fault_machine_q15 machine = {h[DQW_R],
+                                           dqw_witness_mean_L_q24(c, h[DQW_LD], h[DQW_LQ]),
+                                           dqw_witness_short_q40(c),
+                                           speed_q24,
+                                           c->observed,
+                                           h[DQW_DEAD_TIME]};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 

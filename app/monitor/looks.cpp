@@ -383,7 +383,7 @@ private:
             unit[sign[j]] = static_cast<float>(unsure / healthy_[j]);
         }
         dqw_fault_verdict verdict = dqw_fault_name_it(
-            change, unit, {static_cast<float>(all_.head[R]), static_cast<float>(all_.head[Lq]), 0.0f, false});
+            change, unit, {static_cast<float>(all_.head[R]), static_cast<float>(all_.head[Lq]), 0.0f, false, 0.0f});
         if (verdict.confidence < kSureName || !is_sure(n, verdict.name)) verdict.name = DQW_FAULT_UNKNOWN;
         if (verdict.name == DQW_FAULT_UNKNOWN) verdict = rise_of_R(n);
         return verdict;

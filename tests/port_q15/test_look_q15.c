@@ -312,7 +312,14 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
             change_q24[i] = 0;
             unit_q24[i] = INT32_MAX;
         } else if (i < DQW_WATCH_OFFSET) {
-            const double of = i == DQW_WATCH_DEAD_TIME ? 1 : m->healthy.weight_q24[i == DQW_WATCH_ANGLE ? 3 : i] / Q24;
+            // What the gain has let it follow of a change, two rows a block, since it showed.
+            const dqw_estimator_q15 *e = &m->estimator;
+            const int w = dqw_watch_weight(i);
+            const double gain = (double)e->cov_q40[w] / 1099511627776 * e->residual.alone_q31[w] / 2147483648;
+            const double share = fmin(1, 0.05 + 32.0 * m->named_looks * gain);
+            const double of = share * (i == DQW_WATCH_DEAD_TIME
+                                           ? 1
+                                           : m->healthy.weight_q24[i == DQW_WATCH_ANGLE ? 3 : i] / Q24);
             change_q24[i] = rounded((value(m, i) * Q24 - m->healthy.weight_q24[i]) / of);
             unit_q24[i] = known ? rounded(least / fabs(of) * Q24) : INT32_MAX;
         } else {
@@ -330,9 +337,12 @@ static dqw_fault_verdict_q15 named(const dqw_monitor_q15 *m)
     change_q24[DQW_SIGN_RESISTANCE_RE] = rounded(change_q24[DQW_SIGN_RESISTANCE_RE] - speed * gain_q24[1]);
     change_q24[DQW_SIGN_RESISTANCE_IM] = rounded(change_q24[DQW_SIGN_RESISTANCE_IM] + speed * gain_q24[0]);
     const int32_t *h = m->healthy.weight_q24;
-    const dqw_fault_machine_q15 machine = {h[DQW_R], dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
-                                           dqw_witness_short_q40(&config.estimator), rounded(speed * Q24),
-                                           config.estimator.observed};
+    const dqw_fault_machine_q15 machine = {h[DQW_R],
+                                           dqw_witness_mean_L_q24(&config.estimator, h[DQW_LD], h[DQW_LQ]),
+                                           dqw_witness_short_q40(&config.estimator),
+                                           rounded(speed * Q24),
+                                           config.estimator.observed,
+                                           h[DQW_DEAD_TIME]};
     return dqw_fault_name_it_q15(change_q24, unit_q24, machine);
 }
 
@@ -363,7 +373,13 @@ static void test_what_is_named(void)
         else
             m.friction_q24 = m.healthy.friction_q24 + rounded((k % 2 ? 9 : -9) * Q24 * band_of(&m, channel));
         m.watch.reversals = DQW_WATCH_REVERSALS_MOST;
-        m.watch.change[channel].above = 100;
+        // Weights have followed all of a change that showed long ago, a part of one that has only begun; and all together
+        // may look like one factor.
+        const uint32_t looks = k % 2 ? 100 : (uint32_t)(k / 2 % 30);
+        m.watch.change[channel].above = (uint8_t)looks;
+        for (int i = 0; i <= DQW_WATCH_DEAD_TIME && k % 3 == 0; i++)
+            if (i != channel)
+                m.healthy.weight_q24[i] = rounded(m.healthy.weight_q24[i] * random_uniform(&r, 1.05, 1.15));
         // The last look before it is named, whatever its name: it has waited as often as it may.
         m.watch.alarms = (uint16_t)(1u << channel);
         m.watch.extended = 6;
@@ -390,7 +406,7 @@ static void test_what_is_named(void)
         HOLDS((int)c.parameter == channel && c.value_q40 == (int64_t)now.now * 65536 &&
               c.sd_q40 == (int64_t)now.sd * 65536);
         HOLDS(c.sample == (uint64_t)x->estimator.number * 20 &&
-              c.since == (uint64_t)(x->estimator.number - 101u * 16u) * 20);
+              c.since == (uint64_t)(x->estimator.number - (looks + 1) * 16) * 20);
         const int w = channel - DQW_WATCH_OFFSET;
         const double healthy = channel < DQW_WATCH_OFFSET ? (double)x->healthy.weight_q24[channel]
                                : channel == DQW_WATCH_FRICTION
@@ -399,6 +415,7 @@ static void test_what_is_named(void)
         alike(llrint(healthy), c.healthy_q40 / 65536, "healthy");
         faults[c.fault.name]++;
         if (channel != DQW_WATCH_FRICTION) {
+            x->named_looks = (uint8_t)(looks + 1);
             const dqw_fault_verdict_q15 v = named(x);
             const bool sure = v.confidence_q15 >= 21299;
             if (abs(v.confidence_q15 - 21299) > 32) HOLDS(c.fault.name == (sure ? v.name : DQW_FAULT_UNKNOWN));

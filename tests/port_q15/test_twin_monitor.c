@@ -315,17 +315,20 @@ static void test_both_name_alike(void)
                                       witness_unit(&t, 3),
                                       witness_unit(&t, 3)};
         const double angle = 2 * PI / 3 * (double)(random_bits(&r) % 3);
-        const int kind = (int)(random_bits(&r) % 9);
+        const int kind = (int)(random_bits(&r) % 10);
         const double size = random_uniform(&r, 0.05, 0.5);
         const bool blind = random_bits(&r) % 10 == 0;
+        const double dead_time = random_uniform(&r, -0.1, 1);
         for (int i = 0; i < DQW_SIGNS; i++) {
             const double u = random_uniform(&r, 0.003, 0.02);
             double x = 0.5 * u * random_normal(&r);
             if (kind == i && kind < 6) x += kind == DQW_SIGN_PSI ? -size : size;
             const int phased = kind == 6 ? DQW_SIGN_OFFSET_RE : kind == 7 ? DQW_SIGN_RESISTANCE_RE : DQW_SIGN_SHORT_RE;
-            if (kind > 5 && i == phased) x += size * cos(2 * angle);
-            if (kind > 5 && i == phased + 1) x -= size * sin(2 * angle);
+            if (kind > 5 && kind < 9 && i == phased) x += size * cos(2 * angle);
+            if (kind > 5 && kind < 9 && i == phased + 1) x -= size * sin(2 * angle);
             if (kind == 7 && i == DQW_SIGN_R) x += size;
+            if (kind == 9 && i < DQW_SIGN_OFFSET_RE && i != DQW_SIGN_ANGLE)
+                x += i == DQW_SIGN_DEAD_TIME ? size * dead_time : size;
             const bool hidden = blind && i >= DQW_SIGN_OFFSET_RE;
             change_q24[i] = (int32_t)lrint(16777216 * x);
             unit_q24[i] = hidden ? INT32_MAX : (int32_t)lrint(16777216 * u);
@@ -335,11 +338,14 @@ static void test_both_name_alike(void)
         const dqw_fault_machine_q15 mq = {(int32_t)lrint(16777216 * random_uniform(&r, 0.6, 1.5)),
                                           (int32_t)lrint(16777216 * random_uniform(&r, 0.6, 1.5)),
                                           dqw_witness_short_q40(&t.qc.estimator),
-                                          (int32_t)lrint(16777216 * random_uniform(&r, -3, 3)), k % 2 == 1};
+                                          (int32_t)lrint(16777216 * random_uniform(&r, -3, 3)),
+                                          k % 2 == 1,
+                                          (int32_t)lrint(16777216 * dead_time)};
         const dqw_fault_machine mf = {(float)(mq.R_q24 / 16777216.0 * weight_unit(&t, 0)),
                                       (float)(mq.L_q24 / 16777216.0 * 0.5 * (weight_unit(&t, 1) + weight_unit(&t, 2))),
                                       (float)(mq.speed_q24 / 16777216.0 * witness_unit(&t, 1) / witness_unit(&t, 2)),
-                                      mq.observed};
+                                      mq.observed,
+                                      (float)(mq.dead_time_q24 / 16777216.0 * weight_unit(&t, DQW_DEAD_TIME))};
         const dqw_fault_verdict f = dqw_fault_name_it(change, unit, mf);
         const dqw_fault_verdict_q15 q = dqw_fault_name_it_q15(change_q24, unit_q24, mq);
         CASE("draw %d of kind %d: %d, %d, confidence %g, %g, phase %d, %d", k, kind, (int)f.name, (int)q.name,
@@ -361,8 +367,8 @@ static void test_both_name_alike(void)
     for (int i = 0; i < DQW_SIGNS; i++) unit[i] = 0.01f, unit_q24[i] = 167772;
     const float still[DQW_SIGNS] = {0};
     const int32_t still_q24[DQW_SIGNS] = {0};
-    const dqw_fault_machine_q15 machine = {16777216, 16777216, dqw_witness_short_q40(&t.qc.estimator), 0, false};
-    const dqw_fault_verdict f = dqw_fault_name_it(still, unit, (dqw_fault_machine){1.0f, 1e-3f, 0.0f, false});
+    const dqw_fault_machine_q15 machine = {16777216, 16777216, dqw_witness_short_q40(&t.qc.estimator), 0, false, 0};
+    const dqw_fault_verdict f = dqw_fault_name_it(still, unit, (dqw_fault_machine){1.0f, 1e-3f, 0.0f, false, 0.0f});
     const dqw_fault_verdict_q15 q = dqw_fault_name_it_q15(still_q24, unit_q24, machine);
     HOLDS(f.name == DQW_FAULT_UNKNOWN && f.confidence == 0.0f && f.phase == 0);
     HOLDS(q.name == DQW_FAULT_UNKNOWN && q.confidence_q15 == 0 && q.phase == 0);
@@ -389,7 +395,7 @@ static void test_patterns_keep_their_direction(void)
             unit_q24[at[0]] = unit_q24[at[0] + 1] = lowest ? 1 << 26 : 17;
             change_q24[DQW_SIGN_R] = lowest ? -(1 << 23) : 16777;
             if (lowest) change_q24[DQW_SIGN_LD] = change_q24[DQW_SIGN_LQ] = -(1 << 23);
-            const dqw_fault_machine_q15 m = {lowest ? INT32_MIN : 16777216, 16777216, 0, 0, false};
+            const dqw_fault_machine_q15 m = {lowest ? INT32_MIN : 16777216, 16777216, 0, 0, false, 0};
             const dqw_fault_verdict_q15 v = dqw_fault_name_it_q15(change_q24, unit_q24, m);
             CASE("phase %d, lowest %d", phase, lowest);
             TEST_ASSERT_EQUAL_INT(lowest ? DQW_FAULT_CURRENT_GAIN : DQW_FAULT_PHASE_CONNECTION, v.name);

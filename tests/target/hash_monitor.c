@@ -119,9 +119,12 @@ hash hash_monitor(void)
             change_q24[i] = (int32_t)(stimulus_any(&s) / 4294967296);
             unit_q24[i] = (int32_t)(stimulus_bits(&s) >> (4 + n % 20)) + 1;
         }
-        const dqw_fault_machine_q15 machine = {(int32_t)(stimulus_bits(&s) >> 6), (int32_t)(stimulus_bits(&s) >> 6),
-                                               (int64_t)stimulus_bits(&s) << 8, (int32_t)(stimulus_bits(&s) >> 1),
-                                               n % 2 == 1};
+        const dqw_fault_machine_q15 machine = {(int32_t)(stimulus_bits(&s) >> 6),
+                                               (int32_t)(stimulus_bits(&s) >> 6),
+                                               (int64_t)stimulus_bits(&s) << 8,
+                                               (int32_t)(stimulus_bits(&s) >> 1),
+                                               n % 2 == 1,
+                                               (int32_t)(stimulus_bits(&s) >> 6)};
         put_verdict(&h, dqw_fault_name_it_q15(change_q24, unit_q24, machine));
     }
     return h;
