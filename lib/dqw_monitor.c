@@ -338,8 +338,10 @@ static void name(dqw_monitor *m, int channel)
     const enum dqw_fault_name of_channel = dqw_watch_fault_of(channel, x.change > 0.0f);
     const dqw_fault_verdict sure = {.name = of_channel, .confidence = SURE, .phase = 0};
     m->named_fault = of_channel != DQW_FAULT_NONE ? sure : name_it(m);
-    // Where the model does not hold at all, a pattern that explains no more of what moved is none.
-    if (above_threshold(m) && m->named_fault.confidence < SURE_ENOUGH) m->named_fault.name = DQW_FAULT_UNKNOWN;
+    // Where the model does not hold at all, a pattern is none that explains no more of what moved, or where the residual
+    // has moved by more of its band than any weight.
+    if (above_threshold(m) && (channel == DQW_WATCH_RESIDUAL || m->named_fault.confidence < SURE_ENOUGH))
+        m->named_fault.name = DQW_FAULT_UNKNOWN;
 }
 
 // The healthy residual is the largest one that driving made: no faster than so, or a fault would be taken in.

@@ -9,6 +9,10 @@
 // a ripple; and where twice that is too much for one block.
 #define SLOWEST_RAD 0.08f
 #define FASTEST_RAD 1.2f
+// A block teaches no more than twice what one of mean power does: in the longest turn of a ripple, 39 blocks, a quarter
+// of a weight. In less than a turn, as where the shaft is turned round by strong currents, what stands still in the
+// magnet's frame passes for a ripple.
+#define STRONG_PART 0.5f
 
 typedef struct {
     float re, im;
@@ -83,8 +87,8 @@ bool dqw_witness_learn(dqw_witness *w, const dqw_estimator *e, const dqw_estimat
         // Reactance's input is resistance's, turned by 90 degrees, times the speed.
         if (k == DQW_WITNESS_RESISTANCE) w->across += (w_e * power - w->across) * part;
         if (!(w->power[k] > 0.0f) || w->blocks < DQW_WITNESS_FIRST) continue;
-        const float step = 1.0f /
-                           ((float)DQW_WITNESS_MEMORY * (w->power[k] > 0.1f * power ? w->power[k] : 0.1f * power));
+        const float least = STRONG_PART * power;
+        const float step = 1.0f / ((float)DQW_WITNESS_MEMORY * (w->power[k] > least ? w->power[k] : least));
         w->re[k] += step * (x[k].re * error.re + x[k].im * error.im);
         w->im[k] += step * (x[k].re * error.im - x[k].im * error.re);
     }

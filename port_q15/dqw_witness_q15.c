@@ -8,7 +8,10 @@
 #define SLOWEST_Q28 21474836
 #define FASTEST_Q28 322122547
 #define ONE_Q28 268435456
-#define TENTH_Q31 214748365
+// A block teaches no more than twice what one of mean power does: in the longest turn of a ripple, 39 blocks, a quarter
+// of a weight. In less than a turn, as where the shaft is turned round by strong currents, what stands still in the
+// magnet's frame passes for a ripple.
+#define STRONG_SHIFT 1
 
 // Q30 of 1, Q28 of a full scale, or Q26 of the full voltage.
 typedef struct {
@@ -146,8 +149,8 @@ bool dqw_witness_learn_q15(dqw_witness_q15 *w, const dqw_estimator_q15 *t, const
         mean += dqw_q_product64(power - mean, (1u << 31) / w->blocks, -31);
         w->power_q52[k] = mean;
         if (mean <= 0 || w->blocks < DQW_WITNESS_FIRST) continue;
-        const int64_t tenth = dqw_q_times64(power, TENTH_Q31, -31);
-        const int64_t by = dqw_q_times64(mean > tenth ? mean : tenth, DQW_WITNESS_MEMORY, -10);  // Q42
+        const int64_t least = dqw_q_floor64(power, STRONG_SHIFT);
+        const int64_t by = dqw_q_times64(mean > least ? mean : least, DQW_WITNESS_MEMORY, -10);  // Q42
         // Q54 over Q42
         toward(&w->re_q28[k], (int64_t)at->re * error.re + (int64_t)at->im * error.im, by);
         toward(&w->im_q28[k], (int64_t)at->re * error.im - (int64_t)at->im * error.re, by);

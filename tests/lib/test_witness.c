@@ -158,7 +158,7 @@ static void test_residuals_are_learned_as_the_weights_that_made_them(void)
                 const dqw_witness w = learned(&DEFECTS[n], d,
                                               quick      ? 1500
                                               : way == 0 ? 6000
-                                                         : 15000,
+                                                         : 20000,
                                               (uint64_t)(n + 10 * changing + 100));
                 vector expected[DQW_WITNESS_INPUTS];
                 weights_of(&DEFECTS[n], expected);
@@ -175,8 +175,8 @@ static void test_residuals_are_learned_as_the_weights_that_made_them(void)
                 }
             }
     test_case[0] = 0;
-    BETWEEN(0.01, worst[0], 0.1);   // 0.039: what one direction alone tells slowly
-    BETWEEN(0.01, worst[1], 0.12);  // 0.045
+    BETWEEN(0.01, worst[0], 0.1);   // 0.040: what one direction alone tells slowly
+    BETWEEN(0.01, worst[1], 0.15);  // 0.068
 }
 
 // What a block averages away of a ripple is known, and given back.
@@ -222,6 +222,45 @@ static void test_deviation_is_what_repeated_runs_scatter_by(void)
             BETWEEN(runs == 120 ? 0.8 : 0.6, ratio, runs == 120 ? 1.25 : 1.6);
         }
     }
+}
+
+// Where strong currents turn the shaft round, within a turn of a ripple, a voltage that stands still in the magnet's
+// frame is none: what it makes of one stays below the five deviations of a band.
+static void test_turning_round_makes_no_ripple(void)
+{
+    enum { ROUND = 30, APART = 400, ROUNDS = 60 };
+    const dqw_estimator_config c = config_of();
+    dqw_estimator t;
+    dqw_estimator_block b;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_estimator_init(&t, &c));
+    dqw_witness w;
+    dqw_witness_init(&w);
+    const defect none = {.phase = 0};
+    test_random r = {31};
+    double theta = 0.0;
+    double error2 = 0.0;
+    double z2[DQW_WITNESS_INPUTS] = {0};
+    for (int k = 0; k < ROUNDS * APART; k++) {
+        const int at = k % APART;
+        const double way = k / APART % 2 == 0 ? 1 : -1;
+        const bool strong = at < ROUND;
+        // From one direction to the other, 200 rad/s: what is too slow is not learned.
+        const double w_e = way * (strong ? -200 + 400.0 * at / ROUND : 200);
+        const vector i = strong ? 6 * I * way : 0.4 * (random_normal(&r) + I * random_normal(&r));
+        theta = fmod(theta + w_e * HALF * DT_S, 2 * PI);
+        hand_over(&t, &b, &none, i, 0, w_e, theta, 0.03, &r);
+        if (at < 8) t.e_pu[1] += (float)(0.1 * way / V_BASE);
+        error2 += (double)(t.e_pu[0] * t.e_pu[0] + t.e_pu[1] * t.e_pu[1]);
+        t.error_pu2[0] = t.error_pu2[1] = (float)(error2 / (k + 1) / 2);
+        (void)dqw_witness_learn(&w, &t, &b);
+        for (int n = 0; n < DQW_WITNESS_INPUTS && at == ROUND && k > 2 * APART; n++) {
+            const double sd = (double)dqw_witness_sd(&w, &t, (enum dqw_witness_input)n);
+            z2[n] += pow((double)dqw_witness_size(&w, (enum dqw_witness_input)n) / sd, 2) / 2 / (ROUNDS - 3);
+        }
+    }
+    // Where a strong block taught ten times what one of mean power does: 4.8 and 1.8.
+    BETWEEN(1.5, sqrt(z2[DQW_WITNESS_RESISTANCE]), 3.2);  // 2.71
+    BETWEEN(0.7, sqrt(z2[DQW_WITNESS_REACTANCE]), 1.3);   // 1.03
 }
 
 static void test_it_refuses_where_it_cannot_see(void)
@@ -380,6 +419,7 @@ int main(void)
     RUN_TEST(test_residuals_are_learned_as_the_weights_that_made_them);
     RUN_TEST(test_ripples_that_a_block_all_but_averages_away_keep_their_size);
     RUN_TEST(test_deviation_is_what_repeated_runs_scatter_by);
+    RUN_TEST(test_turning_round_makes_no_ripple);
     RUN_TEST(test_it_refuses_where_it_cannot_see);
     RUN_TEST(test_the_first_blocks_make_no_ripple);
     RUN_TEST(test_power_is_a_mean);
