@@ -601,7 +601,7 @@ static void test_fault_change_and_noise(void)
                 unit[i] = (float)pow(10, random_uniform(&r, -15, 10));
             }
         const dqw_fault_machine machine = {random_float_bits(&r), random_float_bits(&r), random_float_bits(&r),
-                                           k % 4 > 1};
+                                           k % 4 > 1, random_float_bits(&r)};
         const dqw_fault_verdict v = dqw_fault_name_it(change, unit, machine);
         HOLDS((unsigned)v.name > DQW_FAULT_NONE && (unsigned)v.name < DQW_FAULT_NAMES && v.phase < 3);
         named += v.name != DQW_FAULT_UNKNOWN;

@@ -1,4 +1,5 @@
 // Deviations beside a friction that warms, against what fits of drawn shafts are off by.
+#include <Eigen/LU>
 #include <cmath>
 #include <cstdio>
 #include <random>

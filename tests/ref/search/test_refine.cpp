@@ -1,4 +1,5 @@
 // The damped fit on an error whose whole step leads away, and at a limit, with a count of its sweeps.
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 
