@@ -250,8 +250,16 @@ void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
         rms[k] = options.reported_rms_to(tried[k].refined.point, kClose * least);
         least = std::min(least, rms[k]);
     }
+    double best = -HUGE_VAL;
+    for (std::size_t k = 0; k < tried.size(); ++k) {
+        if (!(rms[k] <= kClose * least)) continue;
+        tried[k].to_law_noise = options.to_law_noise(tried[k].refined);
+        best = std::max(best, tried[k].nats());
+    }
+    // What leaves more stands before them without its own noise or not at all: filters, delays and shifts all take some.
     for (std::size_t k = 0; k < tried.size(); ++k)
-        if (rms[k] <= kClose * least) tried[k].to_law_noise = options.to_law_noise(tried[k].refined);
+        if (tried[k].refined.ok && !(rms[k] <= kClose * least) && tried[k].over.nats > best)
+            tried[k].to_law_noise = options.to_law_noise(tried[k].refined);
     std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
         return a.refined.ok != b.refined.ok ? a.refined.ok : a.nats() > b.nats();
     });

@@ -338,6 +338,15 @@ static void what_is_too_small_for_a_name_stands_in_the_deviations(void)
                              (std::to_string(off) + " +- " + std::to_string(psi->sd)).c_str());
 }
 
+// A filter of the currents by half a period, of which a delay, taken first with the noise that it averages, left a shift.
+static void a_lag_is_no_delay_and_shift(void)
+{
+    const dqw::TraceResult result = dqw::trace({blind::draw(56593).log});
+    TEST_ASSERT_EQUAL_size_t(2, result.effects.size());
+    TEST_ASSERT_EQUAL_STRING("sensor_lag", result.effects[0].name.c_str());
+    TEST_ASSERT_EQUAL_STRING("flux_harmonics", result.effects[1].name.c_str());
+}
+
 // A magnet that warms gains at both ends of the rows held out and nothing between: a t over blocks of 2.8, where it takes
 // 97 % of what is above the noise.
 static void a_drift_that_takes_all_is_named(void)
@@ -370,5 +379,6 @@ int main(void)
     RUN_TEST(what_noise_in_a_law_may_decide_is_not_told_apart);
     RUN_TEST(what_is_too_small_for_a_name_stands_in_the_deviations);
     RUN_TEST(a_drift_that_takes_all_is_named);
+    RUN_TEST(a_lag_is_no_delay_and_shift);
     return UNITY_END();
 }
