@@ -669,10 +669,12 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options)
     if (is_worse(*rotor_held, found)) return found;
     Search other = search(logs, options, std::move(rotor_held), ticks);
     const auto law_noise = [](const Search& s) { return nats_to_law_noise(*s.setup, s.selection.best); };
-    const double t = beside_law_noise(better(*found.setup->full, found.selection.best.left, other.selection.best.left),
-                                      law_noise(other) - law_noise(found))
-                         .t;
-    if (!turns_with_rotor(t, found.selection.found.size(), other.selection.found.size(), is_noise)) return found;
+    const std::size_t here = found.selection.found.size(), there = other.selection.found.size();
+    const Better over = better(*found.setup->full, found.selection.best.left, other.selection.best.left);
+    double t = beside_law_noise(over, law_noise(other) - law_noise(found)).t;
+    // Where the usual frame leaves noise by as few effects, an estimate of the laws' noise is no reason for another.
+    if (is_noise && there >= here) t = std::min(t, over.t);
+    if (!turns_with_rotor(t, here, there, is_noise)) return found;
     other.setup->notes.push_back(
         "the voltage fits best as held in the rotor's frame within a period, not in the stator's");
     return other;
