@@ -110,12 +110,41 @@ Field read(const Head& head, std::size_t f)
     return out;
 }
 
+/// Of a unit what is left where it stands behind a name: rad/s as rad_s.
+std::string squeezed(const std::string& unit)
+{
+    std::string out;
+    for (const char c : unit)
+        if (std::string_view(" /_.").find(c) == std::string_view::npos) out += c;
+    return out;
+}
+
 /// As the unit's own name is written; empty where it is none.
 std::string unit_of(Column column, const std::string& said)
 {
-    for (const std::string& unit : unit_names(column))
-        if (equal_ignoring_case(unit, said)) return unit;
+    static const std::pair<const char*, const char*> others[] = {{"1/min", "rpm"},  {"min-1", "rpm"}, {"min^-1", "rpm"},
+                                                                 {"r/min", "rpm"},  {"U/min", "rpm"}, {"°", "deg"},
+                                                                 {"\u03bcs", "µs"}, {"sec", "s"}};
+    for (const auto& [other, unit] : others)
+        if (is_unit(column, unit) && equal_ignoring_case(other, said)) return unit;
+    if (!said.empty())
+        for (const std::string& unit : unit_names(column))
+            if (is_unit(column, unit) && equal_ignoring_case(squeezed(unit), squeezed(said))) return unit;
     return "";
+}
+
+/// Of a speed whose name says that it is electrical, or the shaft's: its unit is so as well, or none that is known.
+std::string unit_of_speed(const CommonName& common, const std::string& unit)
+{
+    const std::string of_name = common.unit, name = common.name;
+    if (common.column != col_w_m || unit.empty()) return unit;
+    if (of_name == "electrical rad/s" || of_name == "erpm") {
+        if (unit == "rad/s") return "electrical rad/s";
+        if (unit == "rpm") return "erpm";
+        return unit == "Hz" || unit == "erpm" || unit == "electrical rad/s" ? unit : "";
+    }
+    const bool shaft = name == "omegam" || name == "wm" || name == "rpm";
+    return shaft && unit == "Hz" ? "turns/s" : unit;
 }
 
 /// Whether a field has this name, with or without a unit behind it.
@@ -129,22 +158,42 @@ bool is_called(const Field& field, Column column, const std::string& name, std::
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
 
+/// Can TOML name it? No byte of it is a control's, and all are UTF-8.
+bool can_be_named(const std::string& name)
+{
+    using Handler = nlohmann::json::error_handler_t;
+    const nlohmann::json json = name;
+    return printable(name) == name &&
+           json.dump(-1, ' ', false, Handler::ignore) == json.dump(-1, ' ', false, Handler::replace);
+}
+
+/// What is wrong with a unit that is taken as SI, or as the name says.
+std::string doubt_of(const Field& field, const std::string& unit)
+{
+    if (!unit.empty()) return "";
+    if (field.unit.empty()) return "the header says no unit";
+    return (can_be_named(field.unit) ? shown(field.unit) : "what the header says") + " is no unit that is known";
+}
+
 /// Names of phases that are all there.
 bool propose_phases(const std::vector<Field>& fields, Column column, const char* key, const PhaseNames& phases,
                     std::vector<ProposedColumn>& out)
 {
-    std::string from, unit, last;
+    std::string from, unit, first, doubt;
     for (const char* name : phases.names) {
         const auto found = std::find_if(fields.begin(), fields.end(),
                                         [&](const Field& f) { return is_called(f, column, name, unit); });
         if (found == fields.end()) return false;
-        from += (from.empty() ? "" : ", ") + quoted(found->written), last = unit;
+        if (from.empty()) first = unit, doubt = doubt_of(*found, unit);
+        // [columns] has one unit for all of them.
+        if (unit != first || doubt_of(*found, unit) != doubt) return false;
+        from += (from.empty() ? "" : ", ") + quoted(found->written);
     }
     const std::string kind = *phases.kind ? fmt::format(", kind = \"{}\"", phases.kind) : "";
     out.push_back({key,
                    fmt::format("{{ from = [{}]{}, unit = \"{}\" }}", from, kind,
-                               last.empty() ? unit_names(column).front() : last),
-                   last.empty()});
+                               first.empty() ? unit_names(column).front() : first),
+                   doubt});
     return true;
 }
 
@@ -154,7 +203,7 @@ std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& 
 {
     std::vector<Field> fields;
     for (std::size_t f = 0; f < head.fields.size(); ++f)
-        if (printable(head.fields[f]) == head.fields[f]) fields.push_back(read(head, f));
+        if (can_be_named(head.fields[f])) fields.push_back(read(head, f));
     std::vector<ProposedColumn> out;
     ColumnSet found{};
     for (const CommonName& common : common_names) {
@@ -162,12 +211,17 @@ std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& 
         for (const Field& field : fields) {
             std::string unit;
             if (!is_called(field, common.column, common.name, unit)) continue;
+            // Twice there, it cannot be asked for.
+            if (std::count(head.fields.begin(), head.fields.end(), field.written) > 1) continue;
             found[common.column] = true;
-            const bool is_said = !unit.empty() || std::string(common.unit) != unit_names(common.column).front();
+            unit = unit_of_speed(common, unit);
+            std::string doubt = doubt_of(field, unit);
+            const bool of_name = std::string(common.unit) != unit_names(common.column).front();
+            if (of_name && field.unit.empty()) doubt.clear();
             out.push_back({columns[common.column].name,
                            fmt::format("{{ from = {}, unit = \"{}\" }}", quoted(field.written),
                                        unit.empty() ? common.unit : unit),
-                           !is_said});
+                           std::move(doubt)});
             break;
         }
     }

@@ -12,9 +12,9 @@
 namespace dqw {
 
 struct ProposedColumn {
-    std::string name;         ///< of [columns]: t_s, i_dq_A
-    std::string toml;         ///< its value
-    bool is_guessed = false;  ///< the header says no unit that is known: SI, or what the name says
+    std::string name;   ///< of [columns]: t_s, i_dq_A
+    std::string toml;   ///< its value
+    std::string doubt;  ///< why its unit is a guess, SI or what the name says; empty: the header says it
 };
 
 /// Of the columns that are not there already, in the order of the log format.

@@ -59,7 +59,7 @@ std::string survey_json(const Surveyed& surveyed)
     if (!s.proposed.empty()) {
         Json proposed = Json::array();
         for (const ProposedColumn& p : s.proposed)
-            proposed.push_back(Json{{"name", p.name}, {"toml", p.toml}, {"unit_guessed", p.is_guessed}});
+            proposed.push_back(Json{{"name", p.name}, {"toml", p.toml}, {"unit_guessed", !p.doubt.empty()}});
         out["proposed"] = std::move(proposed);
     }
     std::vector<std::string> warnings;
@@ -99,7 +99,7 @@ std::string survey_text(const Surveyed& surveyed)
     for (const std::string& what : s.missing) out += "missing: " + what + "\n";
     if (!s.proposed.empty()) out += "\nproposed by their names, to check and put into the machine file:\n[columns]\n";
     for (const ProposedColumn& p : s.proposed)
-        out += fmt::format("{} = {}{}\n", p.name, p.toml, p.is_guessed ? "  # the header says no unit" : "");
+        out += fmt::format("{} = {}{}\n", p.name, p.toml, p.doubt.empty() ? "" : "  # " + p.doubt);
     return out;
 }
 
