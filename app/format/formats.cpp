@@ -105,11 +105,13 @@ const Format& format_of(const Head& head)
                          fmt::format("{} a line and no header; expected a header, or --format NAME (simplefoc, "
                                      "odrive_dyno; dqwatch formats lists all)",
                                      counted(head.fields.size(), "number")));
-    if (proposes_a_log(head)) return plain;
     for (const Format* format : formats()) {
         const auto missing = marks_missing(*format, head);
-        // Three of four marks, and three at least: a header of two common names is nobody's.
+        // Three of four marks, and three at least, one of them no common name: id, iq, vd, vq are nobody's.
         if (format->marks.size() < 4 || missing.size() * 4 > format->marks.size()) continue;
+        if (std::all_of(format->marks.begin(), format->marks.end(),
+                        [&](const char* mark) { return !head.has(mark) || is_common_name(mark); }))
+            continue;
         throw InputError(head.path, head.line,
                          fmt::format("nearly {} ({}): {} missing; --format dqwatch reads it by [columns] of the "
                                      "machine file",

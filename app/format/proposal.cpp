@@ -76,12 +76,12 @@ struct PhaseNames {
     std::vector<const char*> names;
     const char* kind;  ///< of [columns]; empty: phases
 };
-const PhaseNames phase_currents[] = {{{"ialpha", "ibeta"}, "alpha_beta"},
-                                     {{"ia", "ib", "ic"}, ""},
-                                     {{"iu", "iv", "iw"}, ""},
-                                     {{"ia", "ib"}, ""},
-                                     {{"iu", "iv"}, ""}};
-const PhaseNames phase_voltages[] = {
+const std::vector<PhaseNames> phase_currents = {{{"ialpha", "ibeta"}, "alpha_beta"},
+                                                {{"ia", "ib", "ic"}, ""},
+                                                {{"iu", "iv", "iw"}, ""},
+                                                {{"ia", "ib"}, ""},
+                                                {{"iu", "iv"}, ""}};
+const std::vector<PhaseNames> phase_voltages = {
     {{"valpha", "vbeta"}, "alpha_beta"}, {{"va", "vb", "vc"}, ""}, {{"vu", "vv", "vw"}, ""}};
 
 struct Field {
@@ -225,24 +225,29 @@ std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& 
             break;
         }
     }
-    const auto lacks = [&](Column c) { return !has[c] && !found[c]; };
-    if (lacks(col_i_d) && lacks(col_i_q))
-        for (const PhaseNames& phases : phase_currents)
-            if (propose_phases(fields, col_i_d, "i_dq_A", phases, out)) break;
-    if (lacks(col_v_d) && lacks(col_v_q))
-        for (const PhaseNames& phases : phase_voltages)
-            if (propose_phases(fields, col_v_d, "v_dq_V", phases, out)) break;
+    // A single one beside all phases is something else: Id of a row.
+    const auto try_phases = [&](Column d, Column q, const char* key, const std::vector<PhaseNames>& all) {
+        if (has[d] || has[q] || (found[d] && found[q])) return;
+        for (const PhaseNames& phases : all) {
+            if (!propose_phases(fields, d, key, phases, out)) continue;
+            out.erase(std::remove_if(out.begin(), out.end(),
+                                     [&](const ProposedColumn& p) {
+                                         return p.name == columns[d].name || p.name == columns[q].name;
+                                     }),
+                      out.end());
+            return;
+        }
+    };
+    try_phases(col_i_d, col_i_q, "i_dq_A", phase_currents);
+    try_phases(col_v_d, col_v_q, "v_dq_V", phase_voltages);
     return out;
 }
 
-bool proposes_a_log(const Head& head)
+bool is_common_name(const std::string& field)
 {
-    ColumnSet has{};
-    for (const std::string& field : head.fields)
-        if (const auto own = column_named(field)) has[*own] = true;
-    for (const ProposedColumn& p : proposed_columns(head, has))
-        if (const auto column = column_named(p.name)) has[*column] = true;
-    return has[col_t] && has[col_i_d] && has[col_i_q] && has[col_v_d] && has[col_v_q];
+    Head head;
+    head.fields = {field};
+    return !proposed_columns(head, {}).empty();
 }
 
 }  // namespace dqw

@@ -20,8 +20,8 @@ struct ProposedColumn {
 /// Of the columns that are not there already, in the order of the log format.
 std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& has);
 
-/// Whether currents, voltages and a time are among them: a log that somebody wrote by hand.
-bool proposes_a_log(const Head& head);
+/// Whether a field of this name alone would be proposed for.
+bool is_common_name(const std::string& field);
 
 }  // namespace dqw
 #endif

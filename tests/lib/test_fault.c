@@ -270,6 +270,38 @@ static void test_confidence_falls_where_two_names_fit(void)
     BETWEEN(6, close, 12);  // at 10 it is torn: 3 of 100 sin 45 sin 2 x, both ways
 }
 
+// A voltage that reads 3 % more, of which L_d says more or less: a scale as long as that leaves less than 16, with a map's
+// weights 20, and a fiftieth of what the scale explains.
+static void test_a_scale_leaves_little(void)
+{
+    for (int map = 0; map < 2; map++)
+        for (int step = 0; step < 240; step++) {
+            float x[DQW_SIGNS] = {0};
+            float unit[DQW_SIGNS];
+            double p[DQW_SIGNS] = {0};
+            for (int i = DQW_SIGN_R; i <= DQW_SIGN_PSI; i++) p[i] = 1.0;
+            p[DQW_SIGN_DEAD_TIME] = DEAD_V;
+            p[DQW_SIGN_MAP_D] = p[DQW_SIGN_MAP_Q] = map;
+            double zq = 0.0;
+            double qq = 0.0;
+            double zz = 0.0;
+            for (int i = 0; i < DQW_SIGNS; i++) {
+                const bool known = map || (i != DQW_SIGN_MAP_D && i != DQW_SIGN_MAP_Q);
+                unit[i] = (float)(known ? UNIT[i] : 1e30);
+                x[i] = (float)(0.03 * p[i] + (i == DQW_SIGN_LD ? 0.025 * step * UNIT[i] : 0.0));
+                const double z = x[i] / unit[i];
+                const double q = p[i] / unit[i];
+                zq += z * q, qq += q * q, zz += z * z;
+            }
+            const double said = zq * zq / qq;
+            const double left = zz - said;
+            const double most = (map ? 20.0 : 16.0) + 0.02 * said;
+            if (fabs(left / most - 1.0) < 0.02) continue;
+            CASE("map %d, L_d %d steps: left %g of %g", map, step, left, most);
+            HOLDS((dqw_fault_name_it(x, unit, machine).name == DQW_FAULT_VOLTAGE_SCALE) == (left < most));
+        }
+}
+
 static void test_a_change_that_is_not_known_counts_for_nothing(void)
 {
     // R's deviation is a million units: whatever it changed by, the ripple alone names the connection.
@@ -377,6 +409,7 @@ int main(void)
     RUN_TEST(test_what_no_pattern_explains_is_unknown);
     RUN_TEST(test_a_foreign_part_takes_the_name_away_where_it_is_large);
     RUN_TEST(test_confidence_falls_where_two_names_fit);
+    RUN_TEST(test_a_scale_leaves_little);
     RUN_TEST(test_a_change_that_is_not_known_counts_for_nothing);
     RUN_TEST(test_an_observers_L_q_does_not_contradict_a_scale);
     RUN_TEST(test_R_and_dead_time_tell_a_magnet_from_a_voltage);

@@ -153,6 +153,10 @@ static void a_header_of_common_names_is_proposed_for(void)
                              "i_dq_A = { from = [\"ia\", \"ib\", \"ic\"], unit = \"A\" } ?\n"
                              "v_dq_V = { from = [\"v_alpha\", \"v_beta\"], kind = \"alpha_beta\", unit = \"V\" } ?\n",
                              proposed("t_s,omega_e,theta,ia,ib,ic,v_alpha,v_beta").c_str());
+    TEST_ASSERT_EQUAL_STRING("t_s = { from = \"time\", unit = \"s\" } ?\n"
+                             "w_m_rad_s = { from = \"speed [rad/s]\", unit = \"rad/s\" }\n"
+                             "i_dq_A = { from = [\"ia\", \"ib\"], unit = \"A\" } ?\n",
+                             proposed("time,Id,ia,ib,speed [rad/s],load/s").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("identity,wheel,temperament,a\\nb").c_str());
     // A unit that is not known is told as such, and one of a speed is of the speed that its name says.
     TEST_ASSERT_EQUAL_STRING("i_d_A = { from = \"Id [kA]\", unit = \"A\" } ?\n"
@@ -166,8 +170,7 @@ static void a_header_of_common_names_is_proposed_for(void)
     TEST_ASSERT_EQUAL_STRING("w_m_rad_s = { from = \"we [r/min]\", unit = \"erpm\" }\n",
                              proposed("t_s,we [r/min]").c_str());
     // What TOML cannot name, or the reader would find twice, is none; nor are phases of several units.
-    TEST_ASSERT_EQUAL_STRING("i_q_A = { from = \"iq\", unit = \"A\" } ?\n",
-                             proposed("Time [\xb5s],id,iq,id").c_str());
+    TEST_ASSERT_EQUAL_STRING("i_q_A = { from = \"iq\", unit = \"A\" } ?\n", proposed("Time [\xb5s],id,iq,id").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("t_s,ia [mA],ib [A]").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta").c_str());
 }
