@@ -40,6 +40,7 @@ struct Import {
     std::vector<RowRule> rules;
     std::string voltage;                     ///< what v_d, v_q are, for people
     std::vector<std::string> notes;          ///< what a reader should know
+    std::string no_log;                      ///< why it is read as none, where it is not
     std::optional<Regime> regime;            ///< what the rows are good for, where the machine file says nothing
     bool voltage_is_size = false;            ///< v_q is that of the voltage's vector, by a duty
     bool polled = false;                     ///< i and v are means over the interval before the row

@@ -119,6 +119,12 @@ std::string squeezed(const std::string& unit)
     return out;
 }
 
+/// In other letters' case, but not in another size: MV is no mV.
+bool is_written(const std::string& said, const std::string& unit)
+{
+    return equal_ignoring_case(squeezed(said), squeezed(unit)) && (said.front() != 'M' || unit.front() != 'm');
+}
+
 /// As the unit's own name is written; empty where it is none.
 std::string unit_of(Column column, const std::string& said)
 {
@@ -129,7 +135,7 @@ std::string unit_of(Column column, const std::string& said)
         if (is_unit(column, unit) && equal_ignoring_case(other, said)) return unit;
     if (!said.empty())
         for (const std::string& unit : unit_names(column))
-            if (is_unit(column, unit) && equal_ignoring_case(squeezed(unit), squeezed(said))) return unit;
+            if (is_unit(column, unit) && is_written(said, unit)) return unit;
     return "";
 }
 
@@ -193,7 +199,7 @@ bool propose_phases(const std::vector<Field>& fields, Column column, const char*
     out.push_back({key,
                    fmt::format("{{ from = [{}]{}, unit = \"{}\" }}", from, kind,
                                first.empty() ? unit_names(column).front() : first),
-                   doubt});
+                   doubt, ""});
     return true;
 }
 
@@ -221,10 +227,11 @@ std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& 
             out.push_back({columns[common.column].name,
                            fmt::format("{{ from = {}, unit = \"{}\" }}", quoted(field.written),
                                        unit.empty() ? common.unit : unit),
-                           std::move(doubt)});
+                           std::move(doubt), ""});
             break;
         }
     }
+    const bool angle = has[col_theta_e] || found[col_theta_e] || has[col_theta_m] || found[col_theta_m];
     // A single one beside all phases is something else: Id of a row.
     const auto try_phases = [&](Column d, Column q, const char* key, const std::vector<PhaseNames>& all) {
         if (has[d] || has[q] || (found[d] && found[q])) return;
@@ -235,6 +242,7 @@ std::vector<ProposedColumn> proposed_columns(const Head& head, const ColumnSet& 
                                          return p.name == columns[d].name || p.name == columns[q].name;
                                      }),
                       out.end());
+            if (!angle) out.back().needs = columns[col_theta_e].name;
             return;
         }
     };

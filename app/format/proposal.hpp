@@ -15,6 +15,7 @@ struct ProposedColumn {
     std::string name;   ///< of [columns]: t_s, i_dq_A
     std::string toml;   ///< its value
     std::string doubt;  ///< why its unit is a guess, SI or what the name says; empty: the header says it
+    std::string needs;  ///< a column that it needs and that nothing is proposed for
 };
 
 /// Of the columns that are not there already, in the order of the log format.

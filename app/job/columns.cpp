@@ -58,8 +58,10 @@ std::string survey_json(const Surveyed& surveyed)
     out["missing"] = s.missing;
     if (!s.proposed.empty()) {
         Json proposed = Json::array();
-        for (const ProposedColumn& p : s.proposed)
+        for (const ProposedColumn& p : s.proposed) {
             proposed.push_back(Json{{"name", p.name}, {"toml", p.toml}, {"unit_guessed", !p.doubt.empty()}});
+            if (!p.needs.empty()) proposed.back()["needs"] = p.needs;
+        }
         out["proposed"] = std::move(proposed);
     }
     std::vector<std::string> warnings;
@@ -98,8 +100,11 @@ std::string survey_text(const Surveyed& surveyed)
                             : fmt::format("regime: {}, {}\n", s.regime, s.regime_why);
     for (const std::string& what : s.missing) out += "missing: " + what + "\n";
     if (!s.proposed.empty()) out += "\nproposed by their names, to check and put into the machine file:\n[columns]\n";
-    for (const ProposedColumn& p : s.proposed)
-        out += fmt::format("{} = {}{}\n", p.name, p.toml, p.doubt.empty() ? "" : "  # " + p.doubt);
+    for (const ProposedColumn& p : s.proposed) {
+        const std::string needs = p.needs.empty() ? "" : "needs " + p.needs;
+        const std::string remark = p.doubt + (p.doubt.empty() || needs.empty() ? "" : "; ") + needs;
+        out += fmt::format("{} = {}{}\n", p.name, p.toml, remark.empty() ? "" : "  # " + remark);
+    }
     return out;
 }
 

@@ -289,6 +289,7 @@ private:
     /// Throws the InputError that says which columns are missing and which are there.
     void require_columns() const
     {
+        if (!import_.no_log.empty()) throw InputError(path_, opening_.head.line, import_.no_log);
         const auto names = missing();
         if (names.empty()) return;
         const Regime assumed = regime_.value_or(has_[col_t] ? Regime::dynamic : Regime::steady);

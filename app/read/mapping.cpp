@@ -137,8 +137,8 @@ std::string stem_of(const ColumnInfo& column)
     return name.substr(0, slow == name.npos ? name.rfind('_') : slow);
 }
 
-/// Columns that have dqwatch's names but for the unit: read in theirs. One without a unit that every log of its kind
-/// needs is refused: without it the log would be taken for another kind.
+/// Columns that have dqwatch's names but for the unit: read in theirs. With one without a unit that every log of its
+/// kind needs there is no log: without it, it would be taken for another kind.
 void take_other_units(Import& in, const MachineFile& machine)
 {
     std::vector<std::string> bare, own;
@@ -170,9 +170,8 @@ void take_other_units(Import& in, const MachineFile& machine)
             fmt::format("{} is read from {}, in {}", column.name, shown(in.head.fields[found.front()]), unit));
     }
     if (!bare.empty())
-        throw InputError(in.head.path, in.head.line,
-                         fmt::format("column{} {} say{} no unit: under [columns] of the machine file {}",
-                                     bare.size() == 1 ? "" : "s", list(bare), bare.size() == 1 ? "s" : "", list(own)));
+        in.no_log = fmt::format("column{} {} say{} no unit: under [columns] of the machine file {}",
+                                bare.size() == 1 ? "" : "s", list(bare), bare.size() == 1 ? "s" : "", list(own));
 }
 
 /// A line of units below the header, where its names are dqwatch's.

@@ -134,7 +134,8 @@ static std::string proposed(const std::string& header)
     if (!json.contains("proposed")) return out;
     for (const auto& p : json.at("proposed"))
         out += p.at("name").get<std::string>() + " = " + p.at("toml").get<std::string>() +
-               (p.at("unit_guessed").get<bool>() ? " ?" : "") + "\n";
+               (p.at("unit_guessed").get<bool>() ? " ?" : "") +
+               (p.contains("needs") ? " needs " + p.at("needs").get<std::string>() : "") + "\n";
     return out;
 }
 
@@ -155,7 +156,7 @@ static void a_header_of_common_names_is_proposed_for(void)
                              proposed("t_s,omega_e,theta,ia,ib,ic,v_alpha,v_beta").c_str());
     TEST_ASSERT_EQUAL_STRING("t_s = { from = \"time\", unit = \"s\" } ?\n"
                              "w_m_rad_s = { from = \"speed [rad/s]\", unit = \"rad/s\" }\n"
-                             "i_dq_A = { from = [\"ia\", \"ib\"], unit = \"A\" } ?\n",
+                             "i_dq_A = { from = [\"ia\", \"ib\"], unit = \"A\" } ? needs theta_e_rad\n",
                              proposed("time,Id,ia,ib,speed [rad/s],load/s").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("identity,wheel,temperament,a\\nb").c_str());
     // A unit that is not known is told as such, and one of a speed is of the speed that its name says.
@@ -169,6 +170,14 @@ static void a_header_of_common_names_is_proposed_for(void)
                              proposed("t_s,Speed [1/min]").c_str());
     TEST_ASSERT_EQUAL_STRING("w_m_rad_s = { from = \"we [r/min]\", unit = \"erpm\" }\n",
                              proposed("t_s,we [r/min]").c_str());
+    // The log format's own names without their units, and a unit a thousand million times as large.
+    TEST_ASSERT_EQUAL_STRING("t_s = { from = \"t\", unit = \"s\" } ?\n"
+                             "v_d_V = { from = \"u_d\", unit = \"V\" } ?\n"
+                             "v_q_V = { from = \"u_q [MV]\", unit = \"V\" } ?\n"
+                             "i_d_A = { from = \"i_d\", unit = \"A\" } ?\n"
+                             "i_q_A = { from = \"i_q\", unit = \"A\" } ?\n"
+                             "w_m_rad_s = { from = \"w_m\", unit = \"rad/s\" } ?\n",
+                             proposed("t,u_d,u_q [MV],i_d,i_q,w_m").c_str());
     // What TOML cannot name, or the reader would find twice, is none; nor are phases of several units.
     TEST_ASSERT_EQUAL_STRING("i_q_A = { from = \"iq\", unit = \"A\" } ?\n", proposed("Time [\xb5s],id,iq,id").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("t_s,ia [mA],ib [A]").c_str());
