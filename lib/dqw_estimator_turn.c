@@ -131,7 +131,7 @@ void dqw_estimator_turn_on(dqw_estimator *e)
 {
     if (has_effects(e) || !dqw_estimator_has_flux_q(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
     // Later it is a change, and to be told as one.
-    if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS) return;
+    if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS && e->across == 0) return;
     // [TUR.5] is there flux across, beyond doubt
     const float psi = e->w_pu[DQW_PSI];
     const float across = e->w_pu[DQW_PSI_Q];

@@ -235,7 +235,7 @@ void dqw_estimator_turn_on_q15(dqw_estimator_q15 *e, const dqw_units_q15 *u, boo
 {
     if (has_effects(e) || !dqw_estimator_has_psi_q_q15(e) || e->config->settled || e->blocks < KNOWN_BLOCKS) return;
     // Later it is a change, and to be told as one.
-    if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS) return;
+    if (e->config->follow && e->segment.segments >= FIRST_SEGMENTS && e->across == 0) return;
     // [TUR.5] is there flux across, beyond doubt
     const int32_t psi_q24 = e->w_q24[DQW_PSI];
     const int32_t across_q24 = e->w_q24[DQW_PSI_Q];

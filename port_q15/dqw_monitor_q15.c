@@ -498,10 +498,12 @@ static void enter_service(dqw_monitor_q15 *m)
     adopt(m);
 }
 
-// L_d shows only where i_d is not 0: without it the other three are watched.
+// L_d shows only where i_d is not 0: without it the other three are watched. A frame that is about to turn (E102) moves
+// them all.
 static bool known(const dqw_monitor_q15 *m)
 {
-    return is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
+    const bool frame = m->estimator.across == 0;
+    return frame && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
 static void stage(dqw_monitor_q15 *m)

@@ -645,6 +645,23 @@ static void test_healthy_values_follow_while_they_are_known(void)
         }
 }
 
+// The frame of an encoder that is off turns before service: the healthy flux is the magnet's, not its part along d, and
+// stays. (E102)
+static void test_an_encoder_that_is_off_turns_the_frame_first(void)
+{
+    dqw_sim_scenario s = joint(2.0);
+    set(&s, "nonideal.angle_offset_rad", "", 0.15);
+    simulate(&s);
+    const dqw_monitor_config c = config_of();
+    dqw_monitor m = begin(&c);
+    const course o = watch(&m, 0, row_count);
+    const double psi_Wb = (double)m.healthy.weight[DQW_PSI];
+    CASE("service at %g s, %d events, healthy flux %g", o.service_s, o.events, psi_Wb);
+    BETWEEN(0.5, o.service_s, 1.5);
+    HOLDS(o.events == 0);
+    BETWEEN(-0.004, psi_Wb / 0.020 - 1, 0.004);  // cos 0.15 is 0.011 off
+}
+
 // In service and watching: what the next three judge, each from there, with the rows that come then.
 static const dqw_monitor *in_service(dqw_monitor_config *c)
 {
@@ -918,6 +935,7 @@ int main(void)
     RUN_TEST(test_sensitivity);
     RUN_TEST(test_a_bad_connection_is_no_heat);
     RUN_TEST(test_healthy_values_follow_while_they_are_known);
+    RUN_TEST(test_an_encoder_that_is_off_turns_the_frame_first);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);

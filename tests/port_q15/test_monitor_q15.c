@@ -91,7 +91,7 @@ typedef struct course {
 static void is_healthy_now(const dqw_monitor_q15 *m)
 {
     for (int i = 0; i < DQW_WATCH_OFFSET; i++)
-        HOLDS(m->healthy.weight_q24[i] == (dqw_watch_is_map(i) ? 0 : m->estimator.w_q24[i]));
+        HOLDS(m->healthy.weight_q24[i] == (dqw_watch_is_map(i) ? 0 : dqw_estimator_value_q24(&m->estimator, i)));
     HOLDS(m->healthy.friction_q24 == m->friction_q24 && m->watch.reversals == 0 && m->watch.alarms == 0);
     // The floor is 1333 ppm.
     BETWEEN(-1e-11,
@@ -376,6 +376,23 @@ static void test_sensitivity(void)
 }
 
 // ---- an event ----
+
+// The frame of an encoder that is off turns before service: the healthy flux is the magnet's, not its part along d, and
+// stays. (E102)
+static void test_an_encoder_that_is_off_turns_the_frame_first(void)
+{
+    dqw_sim_scenario s = joint(2.0);
+    set(&s, "nonideal.angle_offset_rad", "", 0.15);
+    simulate(&s);
+    const dqw_monitor_q15_config c = config_of();
+    dqw_monitor_q15 m = begin(&c);
+    const course o = watch(&m, 0, row_count);
+    const double psi_Wb = ldexp((double)m.healthy.weight_q24[DQW_PSI], 16) * unit_of(&m, DQW_WATCH_PSI);
+    CASE("service at %g s, %d events, healthy flux %g", o.service_s, o.events, psi_Wb);
+    BETWEEN(0.5, o.service_s, 1.5);
+    HOLDS(o.events == 0);
+    BETWEEN(-0.004, psi_Wb / 0.020 - 1, 0.004);  // cos 0.15 is 0.011 off
+}
 
 // In service and watching: what the next three judge, each from there, with the rows that come then.
 static const dqw_monitor_q15 *in_service(dqw_monitor_q15_config *c)
@@ -1021,6 +1038,7 @@ int main(void)
     RUN_TEST(test_a_nameplate_is_enough);
     RUN_TEST(test_why_a_monitor_is_not_in_service);
     RUN_TEST(test_sensitivity);
+    RUN_TEST(test_an_encoder_that_is_off_turns_the_frame_first);
     RUN_TEST(test_service_begins_cold);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_what_is_cold_settles_with_it);
