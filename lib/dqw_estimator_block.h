@@ -32,8 +32,8 @@ enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 /// rest moves nothing.
 #define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
 
-/// Blocks over which the residual's lasting part is a mean.
-#define DQW_LASTING_BLOCKS 8192.0f
+/// Blocks over which the residual's lasting part is a mean, which weighs them with the third power of their number.
+#define DQW_LASTING_BLOCKS 16384.0f
 /// The first ones are about the start values.
 #define DQW_LASTING_FROM 50
 /// What the others took up of a change, in bands, while it was not known. (E105)

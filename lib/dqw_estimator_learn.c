@@ -359,6 +359,9 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
 
+    // What a drive leaves that starts is not what it is.
+    if (c->follow && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) dqw_gain_forget(&e->gain);
+
     // Once the frame is known, which legs switch.
     const bool seeks = dqw_estimator_seeks_legs(e) && e->stage.name != DQW_STAGE_RANDOM;
     if (seeks && e->blocks >= DQW_ESTIMATOR_SEEKS_FROM) {

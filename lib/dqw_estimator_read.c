@@ -89,7 +89,7 @@ float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
 float dqw_lasting_part(const dqw_estimator *e, float stretch)
 {
     const float blocks = (float)(e->blocks - DQW_LASTING_FROM);
-    return 2.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) / stretch + 1.0f);
+    return 4.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) / stretch + 3.0f);
 }
 
 int dqw_estimator_stretch(const dqw_estimator *e)

@@ -50,6 +50,11 @@ void dqw_gain_step(dqw_gain *g, const float x_pu[], float k_pu[])
     for (int j = 0; j < n; j++) k_pu[j] /= alpha;
 }
 
+void dqw_gain_forget(dqw_gain *g)
+{
+    for (int j = 0; j < g->inputs; j++) g->d[j] *= 4.0f;
+}
+
 float dqw_gain_covariance(const dqw_gain *g, int i, int j)
 {
     float p = 0.0f;

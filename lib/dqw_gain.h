@@ -59,6 +59,13 @@ void dqw_gain_grow(dqw_gain *g, int i, float q);
 /// Context  background; one writer per object
 void dqw_gain_grow_along(dqw_gain *g, float a[], int n, float q);
 
+/// All that was learned counts for a quarter.
+///
+/// Source   (E194) in docs/EQUATIONS.md
+/// Cost     n flops
+/// Context  background; one writer per object
+void dqw_gain_forget(dqw_gain *g);
+
 /// Covariance of weights i and j per unit of residual variance, per unit.
 ///
 /// Source   (E17) in docs/EQUATIONS.md

@@ -53,3 +53,10 @@ bool dqw_stage_step(dqw_stage *s, bool random_converged, uint32_t residual_ppm)
     }
     return s->name != before;
 }
+
+bool dqw_stage_forgets(uint32_t blocks)
+{
+    for (uint32_t at = 50u; at < DQW_STAGE_ORDINAL_BLOCKS; at *= 2u)
+        if (blocks == at) return true;
+    return false;
+}

@@ -34,6 +34,14 @@ void dqw_stage_define(dqw_stage *s);
 /// Context  ISR safe; one writer per object
 bool dqw_stage_step(dqw_stage *s, bool random_converged, uint32_t residual_ppm);
 
+/// Is what was learned before this block about the start? Then it counts for a quarter from here on: after 50, 100, 200
+/// and 400 blocks.
+///
+/// Source   (E194) in docs/EQUATIONS.md
+/// Cost     a few comparisons
+/// Context  ISR safe; no state
+bool dqw_stage_forgets(uint32_t blocks);
+
 #ifdef __cplusplus
 }
 #endif

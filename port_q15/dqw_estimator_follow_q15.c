@@ -110,8 +110,8 @@ int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch)
 {
     // Of blocks behind the first ones, which are about the start values.
     const uint32_t blocks = e->blocks - DQW_LASTING_FROM_Q15;
-    const uint32_t most = 8192u;
-    return dqw_q_quotient32(2 * (int64_t)stretch, (int64_t)(blocks < most ? blocks : most) + stretch, 30);
+    const uint32_t most = 16384u;
+    return dqw_q_quotient32(4 * (int64_t)stretch, (int64_t)(blocks < most ? blocks : most) + 3 * (int64_t)stretch, 30);
 }
 
 uint32_t dqw_estimator_stretch_q15(const dqw_estimator_q15 *e)

@@ -41,6 +41,12 @@ static void halve(dqw_normal_q15 *n)
     n->c_q32 = dqw_q_floor64(n->c_q32, 1);
 }
 
+void dqw_normal_forget_q15(dqw_normal_q15 *n)
+{
+    halve(n);
+    halve(n);
+}
+
 void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28)
 {
     // [NEQ.1] products to the sums: each below 2^62 in Q56, 2^38 in Q32

@@ -60,6 +60,12 @@ void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28)
 /// Cost     n (n + 1) / 2 products of 32 by 32 bits, one division of 32
 void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40);
 
+/// All rows so far count for a quarter.
+///
+/// Source   (E194) in docs/EQUATIONS.md
+/// Cost     n (n + 3) / 2 shifts of 64 bits
+void dqw_normal_forget_q15(dqw_normal_q15 *n);
+
 /// Noughts: weights that start there, or whose start nobody asks for.
 #define dqw_normal_nought_q40 DQW_SIZED(dqw_normal_nought_q40)
 extern const int64_t dqw_normal_nought_q40[DQW_NORMAL_INPUTS];

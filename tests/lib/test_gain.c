@@ -380,6 +380,44 @@ static void test_growing_along_a_vector(void)
     BETWEEN(1e-8, worst, 1e-5);  // 1.4e-6
 }
 
+// What was learned before counts for a quarter: batch least squares whose first half weighs a quarter. (E194)
+static void test_what_is_forgotten_counts_for_a_quarter(void)
+{
+    enum { INPUTS = 4, SAMPLES = 400 };
+    dqw_gain g;
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_gain_init(&g, INPUTS, 1e6f));
+    test_ls ls;
+    ls_begin(&ls, INPUTS, 1e-6 / 4);
+    test_random r = {194};
+    float w[INPUTS] = {0};
+    for (int k = 0; k < SAMPLES; k++) {
+        const bool early = k < SAMPLES / 2;
+        if (k == SAMPLES / 2) dqw_gain_forget(&g);
+        float x[INPUTS];
+        double weighed[INPUTS];
+        // Other weights before than after.
+        double y = 0.1 * random_normal(&r);
+        for (int i = 0; i < INPUTS; i++) {
+            x[i] = (float)random_normal(&r);
+            y += (early ? 1.0 : 2.0 + i) * x[i];
+            weighed[i] = (early ? 0.5 : 1.0) * x[i];
+        }
+        ls_add(&ls, weighed, (early ? 0.5 : 1.0) * y);
+        float gain[INPUTS];
+        float e = (float)y;
+        for (int i = 0; i < INPUTS; i++) e -= w[i] * x[i];
+        dqw_gain_step(&g, x, gain);
+        for (int i = 0; i < INPUTS; i++) w[i] += gain[i] * e;
+    }
+    double best[LS_MAX];
+    double inverse[LS_MAX][LS_MAX];
+    (void)ls_solve(&ls, best, inverse);
+    for (int i = 0; i < INPUTS; i++) {
+        BETWEEN(-1e-4, w[i] / best[i] - 1, 1e-4);
+        BETWEEN(-1e-4, dqw_gain_covariance(&g, i, i) / inverse[i][i] - 1, 1e-4);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -394,5 +432,6 @@ int main(void)
     RUN_TEST(test_growth_of_nothing_changes_nothing);
     RUN_TEST(test_variances_stay_positive_over_mixed_steps_and_growth);
     RUN_TEST(test_growing_along_a_vector);
+    RUN_TEST(test_what_is_forgotten_counts_for_a_quarter);
     return UNITY_END();
 }

@@ -103,6 +103,17 @@ static void test_counters_stop_at_their_maximum(void)
     TEST_ASSERT_EQUAL_UINT32(UINT16_MAX, s.times_back);
 }
 
+// 50 blocks, and twice as many each time, while stage 3 is not judged. (E194)
+static void test_four_times_a_start_is_forgotten(void)
+{
+    uint32_t found[5] = {0};
+    int count = 0;
+    for (uint32_t blocks = 0; blocks <= 70000u; blocks++)
+        if (dqw_stage_forgets(blocks) && count < 5) found[count++] = blocks;
+    TEST_ASSERT_EQUAL_INT(4, count);
+    for (int k = 0; k < 4; k++) TEST_ASSERT_EQUAL_UINT32(50u << k, found[k]);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -110,5 +121,6 @@ int main(void)
     RUN_TEST(test_every_step);
     RUN_TEST(test_the_whole_way_and_back);
     RUN_TEST(test_counters_stop_at_their_maximum);
+    RUN_TEST(test_four_times_a_start_is_forgotten);
     return UNITY_END();
 }

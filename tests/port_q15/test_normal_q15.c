@@ -415,6 +415,30 @@ static void test_any_sums(void)
     HOLDS(tied > 0 && learned > 0);
 }
 
+// Of rows of one weight all sums are a quarter: the variance four times, the weight where it was; two more rows like the
+// eight before count as eight did. (E194)
+static void test_what_is_forgotten_counts_for_a_quarter(void)
+{
+    dqw_normal_q15 s;
+    const int64_t prior[2] = {PRIOR_Q32, PRIOR_Q32};
+    const int64_t start[2] = {0};
+    TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_normal_init_q15(&s, 2, prior, start));
+    const int32_t x[2][2] = {{(int32_t)(0.5 * ONE_Q28), 0}, {0, (int32_t)(0.25 * ONE_Q28)}};
+    for (int k = 0; k < 8; k++) dqw_normal_add_q15(&s, x[k % 2], (int32_t)(0.125 * ONE_Q28));
+    dqw_solution_q15 before;
+    dqw_solution_q15 after;
+    dqw_normal_solve_q15(&s, start, &before);
+    dqw_normal_forget_q15(&s);
+    dqw_normal_solve_q15(&s, start, &after);
+    for (int i = 0; i < 2; i++) {
+        BETWEEN(-1e-4, (double)after.cov_q40[i] / (double)before.cov_q40[i] - 4, 1e-4);
+        BETWEEN(-1e-6, (double)(after.w_q40[i] - before.w_q40[i]) / (double)before.w_q40[i], 1e-6);
+    }
+    for (int k = 0; k < 2; k++) dqw_normal_add_q15(&s, x[k % 2], (int32_t)(0.25 * ONE_Q28));
+    dqw_normal_solve_q15(&s, start, &after);
+    for (int i = 0; i < 2; i++) BETWEEN(-1e-4, (double)after.w_q40[i] / (double)before.w_q40[i] - 1.5, 1e-4);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -425,6 +449,7 @@ int main(void)
     RUN_TEST(test_near_singular_inputs_are_left_out);
     RUN_TEST(test_the_least_pivot);
     RUN_TEST(test_full_sums_halve);
+    RUN_TEST(test_what_is_forgotten_counts_for_a_quarter);
     RUN_TEST(test_any_sums);
     return UNITY_END();
 }
