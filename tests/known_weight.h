@@ -53,11 +53,11 @@ static inline void known_lasting(const known_state *s, double *fast2, double *sl
 {
     *fast2 = *slow2 = 0;
     if (s->settled || s->blocks <= 50) return;
-    const double n = fmin(8192, s->blocks - 50);
+    const double n = fmin(16384, s->blocks - 50);
     const double N = s->stretch;
     const double m = n / N;
-    *fast2 = fmax(0, fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1])) - 1.2 * known_common(s) * sqrt(2 / (n + 1)));
-    *slow2 = fmax(0, s->slow2 - 1.5 * known_common(s) / N * sqrt(2 / (m + 1)));
+    *fast2 = fmax(0, fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1])) - 1.2 * known_common(s) * sqrt(4 / (n + 3)));
+    *slow2 = fmax(0, s->slow2 - 1.5 * known_common(s) / N * sqrt(4 / (m + 3)));
 }
 
 /// h^2 of (E103).
@@ -66,8 +66,8 @@ static inline double known_model2(const known_state *s, const known_weight *w, d
     if (fast2 + slow2 <= 0) return 0;
     if (w->alone2 <= 0) return INFINITY;
     const double slowly = fmin(w->alone2, w->slow_alone2);
-    const double m = fmin(8192, s->blocks - 50) / s->stretch;
-    const double quickly = fmax(w->alone2 - slowly, slowly * sqrt(2 / (m + 1)));
+    const double m = fmin(16384, s->blocks - 50) / s->stretch;
+    const double quickly = fmax(w->alone2 - slowly, slowly * sqrt(4 / (m + 3)));
     return (slow2 * slowly + fast2 * quickly) / (w->alone2 * w->alone2);
 }
 

@@ -54,7 +54,7 @@ static void test_nominal_values_are_no_prior(void)
         }
     }
     test_case[0] = 0;
-    BETWEEN(0.08, worst[0], 0.7);  // 0.25: R of traction_ipm_linear
+    BETWEEN(0.2, worst[0], 1.8);  // 1.09
     BETWEEN(0.0, worst[1], 0.01);  // the reservoir's weights are the same whatever the neuron began with
 }
 
@@ -441,7 +441,7 @@ static void test_a_vector_that_is_held_is_turned_to_the_middle_of_its_period(voi
             }
             // Not turned, it is off by what it would have been turned by: the test above sees something.
             CASE("%s, %s: not turned, half a period is up to %g rad", names[n], next ? "next" : "now", widest);
-            BETWEEN(3.0, fabs(value_of(&wrong, 0) - value_of(&mean, 0)) / sd_of(&mean, 0), 200.0);
+            BETWEEN(3.0, fabs(value_of(&wrong, 0) - value_of(&mean, 0)) / sd_of(&mean, 0), 400.0);
         }
     }
 }

@@ -90,15 +90,15 @@ static void test_what_lasts(void)
             sum[axis] += now;
         }
         for (int i = 0; i < N; i++) sum_x[i] += (double)rows.x[axis_of_x][i] / sqrt((double)ratio[axis_of_x]);
-        const double blocks = fmin(8192, e.blocks - 50);
+        const double blocks = fmin(16384, e.blocks - 50);
         at++;
         if (e.blocks <= 50) {
             at = 0;
         } else {
-            for (int n = 0; n < 2; n++) lasting[n] += (product[n] - lasting[n]) * 2 / (blocks + 1);
+            for (int n = 0; n < 2; n++) lasting[n] += (product[n] - lasting[n]) * 4 / (blocks + 3);
         }
         if (at == STRETCH) {
-            const double part = 2 / (blocks / STRETCH + 1);
+            const double part = 4 / (blocks / STRETCH + 3);
             double both = 0;
             for (int axis = 0; axis < 2; axis++) {
                 both += sum[axis] / STRETCH * mean[axis] / 2;
@@ -147,7 +147,7 @@ static void test_what_no_other_input_explains(void)
         // What is known of all of it tells nothing.
         const bool all = n % 10 == 9;
         for (int i = 0; i < N && e.blocks > 50 && !all; i++)
-            alone[i] += (now[i] * now[i] - alone[i]) * 2 / (e.blocks - 50 + 1);
+            alone[i] += (now[i] * now[i] - alone[i]) * 4 / (e.blocks - 50 + 3);
         dqw_estimator_keep_alone(&e, k, all ? 1.0f : (float)seen);
         CASE("row %d", n);
         for (int i = 0; i < N; i++) alike(alone[i], (double)e.alone_pu2[i], 3 * (1 + alone[i]), "alone");

@@ -107,16 +107,16 @@ static void test_what_lasts(void)
             sum[axis] += now;
             for (int i = 0; i < N; i++) sum_x[axis][i] += rows.x_q28[axis][i] / Q28 * weigh[axis];
         }
-        const double blocks = fmin(8192, e.blocks - 50);
+        const double blocks = fmin(16384, e.blocks - 50);
         at++;
         if (e.blocks <= 50) {
             at = 0;
         } else {
-            for (int n = 0; n < 2; n++) lasting[n] += (product[n] - lasting[n]) * 2 / (blocks + 1);
+            for (int n = 0; n < 2; n++) lasting[n] += (product[n] - lasting[n]) * 4 / (blocks + 3);
         }
         if (at >= STRETCH && !(busy && at < STRETCH + 2)) {
             late[at - STRETCH]++;
-            const double part = 2.0 / (blocks / at + 1);
+            const double part = 4.0 / (blocks / at + 3);
             double both = 0;
             for (int axis = 0; axis < 2; axis++) {
                 both += sum[axis] / at * mean[axis] / 2;
@@ -168,7 +168,7 @@ static void test_what_no_other_input_explains(void)
             if (random_bits(&r) % 8 == 0) more = -before * less[random_bits(&r) % 4];
             before_q40[i] = llrint(Q40 / before);
             e.cov_q40[i] = llrint(Q40 / (before + more));
-            const double part = 2 / (fmin(8192, e.blocks - 50) + 1);
+            const double part = 4 / (fmin(16384, e.blocks - 50) + 3);
             if (e.blocks <= 50 || more < -before / 4096) continue;
             alone[i] = fmax(0, alone[i] + (more / rows - alone[i]) * (1 - pow(1 - part, rows)));
         }

@@ -415,8 +415,7 @@ static void test_any_sums(void)
     HOLDS(tied > 0 && learned > 0);
 }
 
-// Of rows of one weight all sums are a quarter: the variance four times, the weight where it was; two more rows like the
-// eight before count as eight did. (E194)
+// All sums are a quarter: the variance four times, the weight where it was; two more rows count as eight did. (E194)
 static void test_what_is_forgotten_counts_for_a_quarter(void)
 {
     dqw_normal_q15 s;

@@ -183,7 +183,7 @@ static void test_both_leave_a_healthy_joint_alone(void)
         if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
         HOLDS(o.f == 0 && o.q == 0);
         BETWEEN(-0.05, o.q_service_s - o.f_service_s, 0.05);
-        BETWEEN(1e-5, o.weight, 0.008);  // on the way; healthy values below
+        BETWEEN(5e-6, o.weight, 0.008);  // on the way; healthy values below
         // A stage 2 that ends elsewhere begins elsewhere.
         BETWEEN(quick() ? 1e-4 : 1e-3, o.witness, way == 1 ? 0.3 : 0.03);
         BETWEEN(1e-4, o.residual, 0.05);
@@ -230,6 +230,7 @@ static void test_both_leave_a_healthy_joint_alone(void)
 // Solved at every block, as the float recursion is, both see the same. Solved at every fourth, as it comes, weights
 // follow a fault's ripple less, so that the witness sees more of it, and sooner; with memory lent to stage 2, that ends
 // at different blocks, and so do all segments.
+static int at_one_time;  // of the faults seen at every block
 static bool one_fault(const fault *f, int joined, bool lent, bool every_block)
 {
     static twins t;
@@ -252,10 +253,12 @@ static bool one_fault(const fault *f, int joined, bool lent, bool every_block)
     // An opening is a segment earlier or later, where a change is just enough.
     BETWEEN(-0.4, o.q_s - o.f_s, 0.4);
     // For three blocks behind an opening, a weight that is free moves by its noise in one and not yet in the other.
-    BETWEEN(1e-5, o.weight, every_block ? 0.008 : 0.4);
-    BETWEEN(0, o.unlike_s, every_block ? 0.1 : 0.8);
-    BETWEEN(1e-3, o.witness, every_block ? 0.15 : 0.6);
-    if (!every_block) return true;
+    const bool at_once = every_block && fabs(o.q_s - o.f_s) < 0.1;
+    BETWEEN(1e-5, o.weight, at_once ? 0.008 : 0.4);
+    BETWEEN(0, o.unlike_s, at_once ? 0.1 : 0.8);
+    BETWEEN(5e-4, o.witness, at_once ? 0.15 : 0.6);
+    at_one_time += at_once;
+    if (!at_once) return true;
     HOLDS(o.qe.parameter == o.fe.parameter);
     BETWEEN(-0.4, ((double)o.qe.since - (double)o.fe.since) * DT_S, 0.4);
     BETWEEN(-0.02, o.qe.fault.confidence_q15 / 32768.0 - (double)o.fe.fault.confidence, 0.02);
@@ -282,6 +285,8 @@ static void test_both_tell_each_fault_by_its_name(void)
     // R of all phases is opened 0.56 s after it has changed, and told behind the end of this log.
     CASE("%d told", known);
     HOLDS(quick() || known >= 2 * FAULTS - 2);
+    CASE("%d at one time", at_one_time);
+    HOLDS(quick() || at_one_time >= FAULTS - 3);
 }
 
 // Patterns of a fault, mixtures of two and noise alone: one name and one confidence, whatever the units.
@@ -607,7 +612,7 @@ static void test_any_bits(void)
             TEST_ASSERT_EQUAL_INT(DQW_OK, dqw_monitor_define_q15(&t.q, &t.qc));
     }
     CASE("%d events", events);
-    HOLDS(quick() || events > 0);
+    HOLDS(scaled(3) < 3 || events > 0);
 }
 
 static double any_size(test_random *r, double least, double most) { return exp2(random_uniform(r, least, most)); }
