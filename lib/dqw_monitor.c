@@ -245,12 +245,12 @@ static void settle(dqw_monitor *m, int channel)
     dqw_monitor_channel_value x;
     dqw_monitor_read_channel(m, channel, &x);
     const float band = dqw_monitor_band_of(m, channel);
-    // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned: not
-    // within the first segment, at whose operating point weights may stand for one another.
+    // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
+    // is known within the first segment, at whose operating point weights may stand for one another.
     const bool young = m->config->estimator.follow && m->estimator.segment.segments == 0;
-    const enum dqw_watch_known known = x.sd < known_part(channel) * band     ? DQW_WATCH_KNOWN_WELL
-                                       : !young && x.sd < KNOWN_BANDS * band ? DQW_WATCH_KNOWN
-                                                                             : DQW_WATCH_NOT_KNOWN;
+    const enum dqw_watch_known known = young || !(x.sd < KNOWN_BANDS * band) ? DQW_WATCH_NOT_KNOWN
+                                       : x.sd < known_part(channel) * band   ? DQW_WATCH_KNOWN_WELL
+                                                                             : DQW_WATCH_KNOWN;
     const uint8_t looks = dqw_watch_settle(&m->watch, channel, known, deviation_q5(m, channel));
     if (looks == 0) return;
     const float before = m->healthy.weight[channel <= DQW_WATCH_PSI ? channel : 0];

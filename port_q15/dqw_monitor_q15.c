@@ -381,12 +381,12 @@ static void settle(dqw_monitor_q15 *m, int channel)
     dqw_monitor_channel_q15 x;
     dqw_monitor_read_channel_q15(m, channel, &x);
     const int32_t band = dqw_monitor_band_of_q15(m, channel);
-    // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned: not
-    // within the first segment, at whose operating point weights may stand for one another.
+    // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
+    // is known within the first segment, at whose operating point weights may stand for one another.
     const bool young = m->config->estimator.follow && m->estimator.segment.segments == 0;
     enum dqw_watch_known known = DQW_WATCH_NOT_KNOWN;
     if (!young && within_part(x.sd, KNOWN_BANDS_Q15, band)) known = DQW_WATCH_KNOWN;
-    if (within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;
+    if (!young && within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;
     const uint8_t looks = dqw_watch_settle(&m->watch, channel, known, deviation_q5(m, channel));
     if (looks == 0) return;
     const int32_t before = m->healthy.weight_q24[channel <= DQW_WATCH_PSI ? channel : 0];
