@@ -56,7 +56,6 @@ bool dqw_stage_step(dqw_stage *s, bool random_converged, uint32_t residual_ppm)
 
 bool dqw_stage_forgets(uint32_t blocks)
 {
-    for (uint32_t at = 50u; at < DQW_STAGE_ORDINAL_BLOCKS; at *= 2u)
-        if (blocks == at) return true;
-    return false;
+    // All of them while stage 3 is not judged.
+    return blocks == 50u || blocks == 100u || blocks == 200u || blocks == 400u;
 }

@@ -15,8 +15,6 @@
 #define MEMORY 1000u
 #define RECENT_BITS 6
 #define FEW_BLOCKS 50u
-// No variance is larger.
-#define WIDEST_Q40 ((int64_t)1 << 61)
 // Blocks of stage 2 without lent memory.
 #define COARSE_BLOCKS 50u
 // An input whose power is not three times its noise teaches nothing; noise alone would need ten deviations.
@@ -323,13 +321,6 @@ static void solve(dqw_estimator_q15 *e)
     if (!e->config->settled) dqw_estimator_keep_alone_q15(e, before_q40, 2u * every(e));
 }
 
-static void forget(dqw_estimator_q15 *e)
-{
-    dqw_normal_forget_q15(&e->normal);
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
-        e->cov_q40[i] = e->cov_q40[i] < WIDEST_Q40 / 4 ? 4 * e->cov_q40[i] : WIDEST_Q40;
-}
-
 bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block *b)
 {
     const dqw_estimator_q15_config *c = e->config;
@@ -353,7 +344,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (e->blocks < UINT16_MAX) e->blocks++;
 
     // What a drive leaves that starts is not what it is.
-    if (c->follow && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) forget(e);
+    if (c->follow && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) dqw_normal_forget_q15(&e->normal);
 
     // Once the frame is known, which legs switch.
     if (dqw_estimator_seeks_legs_q15(e) && e->stage.name != DQW_STAGE_RANDOM &&

@@ -43,8 +43,7 @@ static void halve(dqw_normal_q15 *n)
 
 void dqw_normal_forget_q15(dqw_normal_q15 *n)
 {
-    halve(n);
-    halve(n);
+    for (int k = 0; k < 2; k++) halve(n);
 }
 
 void dqw_normal_add_q15(dqw_normal_q15 *n, const int32_t x_q28[], int32_t y_q28)
