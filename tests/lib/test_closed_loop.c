@@ -54,7 +54,7 @@ static void test_nominal_values_are_no_prior(void)
         }
     }
     test_case[0] = 0;
-    BETWEEN(0.2, worst[0], 1.8);  // 1.09
+    BETWEEN(0.2, worst[0], 1.8);   // 1.09
     BETWEEN(0.0, worst[1], 0.01);  // the reservoir's weights are the same whatever the neuron began with
 }
 
