@@ -4,7 +4,7 @@
 #include "tests/target/count.h"
 #include "tests/target/say.h"
 
-enum { ROWS = 12000 };
+enum { ROWS = 36000 };
 static const float R_OHM = 0.5f, LD_H = 1.0e-3f, LQ_H = 1.4e-3f, PSI_WB = 0.02f;
 
 static struct {
