@@ -147,6 +147,7 @@ hash hash_estimator(void)
     const dqw_estimator_q15_config settled = {.scale = STIMULUS_SCALE, .settled = true};
     dqw_estimator_q15_config mask = whole;
     mask.modulation = DQW_MODULATION_MASK;
+    mask.threshold_ppm = 500000;
     mask.voltage_next = mask.voltage_held = false;
     run(&h, whole, 6000, false);
     run(&h, plain, 6000, false);
