@@ -17,6 +17,8 @@ TOP      := $(BUILD)
 ifdef SANITIZE
 TOP      := $(patsubst %/asan,%,$(BUILD:-clang=))
 SANFLAGS := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -g1
+# What these four ask of each access to Eigen's arrays AddressSanitizer asks as well, or the processor; C is asked all.
+SANCXX   := -fno-sanitize=null,alignment,object-size,vptr
 OPT      := -O1
 # What does not compute builds faster than it runs.
 QUICKOPT := -O0
@@ -39,7 +41,7 @@ CXXFLAGS ?=
 # The Python module takes the archives in.
 PIC      := -fPIC -fno-semantic-interposition
 C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
-CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
+CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) $(SANCXX) -MMD -MP
 
 # SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then
 # include.
