@@ -32,8 +32,6 @@ enum { DQW_POLES_LD = DQW_DEAD_TIME, DQW_POLES_LQ = DQW_PSI_Q };
 /// rest moves nothing.
 #define DQW_ESTIMATOR_START_RESIDUAL_PU 0.01f
 
-/// Blocks over which the residual's lasting part is a mean, which weighs them with the third power of their number.
-#define DQW_LASTING_BLOCKS 16384.0f
 /// The first ones are about the start values.
 #define DQW_LASTING_FROM 50
 /// What the others took up of a change, in bands, while it was not known. (E105)
@@ -116,9 +114,16 @@ float dqw_estimator_common_variance(const dqw_estimator *e);
 /// Source   (E105) in docs/EQUATIONS.md
 float dqw_estimator_size_pu(const dqw_estimator *e, int i);
 
+/// Is what a drive leaves that starts forgotten? Settled rows are all of one kind.
+/// Source   (E194) in docs/EQUATIONS.md
+static inline bool dqw_estimator_forgets(const dqw_estimator *e)
+{
+    return e->config->follow && !e->config->settled;
+}
+
 /// Part of a mean over the last thousand blocks that a block is: while it is young, later blocks count for more, for
 /// the first ones are about the start values.
-/// Source   (E61) in docs/EQUATIONS.md
+/// Source   (E61), (E194) in docs/EQUATIONS.md
 float dqw_estimator_part(const dqw_estimator *e);
 
 /// The sample with the voltage that acts from it on, as a mean in the rotating frame, and mechanical speed.

@@ -10,9 +10,7 @@
 #define EXCITATION_SETTLED_PU 0.002f
 // A weight whose variance fell by less than this was not learned.
 #define LEARNED_RATIO 0.01f
-// Blocks over which statistics are means: a variance is then known to sqrt(2 / 1000), 4.5 %; the recent one to 18 %,
-// and soon. Before so few it is not known to 20 %.
-#define MEMORY 1000.0f
+// The recent residual's variance is known to 18 %, and soon. Before so few blocks none is known to 20 %.
 #define RECENT_PART (1.0f / 64.0f)
 #define FEW_BLOCKS 50u
 // Blocks of stage 2 without lent memory; and how far what they found may be from the start values, either way, for
@@ -89,12 +87,6 @@ static void keep_answered(dqw_estimator *e, const dqw_noise_variances *noise)
     if (!(var_A2 > 0.0f)) return;
     const float a = fabsf(noise->answer_A2) / (3.0f * var_A2) * (float)e->window.half;
     e->answered = a < ANSWERED_MOST ? a * a / (3.0f + 1.5f * a + a * a) : 1.0f;
-}
-
-float dqw_estimator_part(const dqw_estimator *e)
-{
-    const float part = 2.0f / ((float)e->blocks + 1.0f);
-    return part > 1.0f / MEMORY ? part : 1.0f / MEMORY;
 }
 
 // The same gain learns what of the late voltage the inputs explain; the rest, against the residual, is by how many
@@ -360,7 +352,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     if (e->blocks < UINT16_MAX) e->blocks++;
 
     // What a drive leaves that starts is not what it is.
-    if (c->follow && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) dqw_gain_forget(&e->gain);
+    if (dqw_estimator_forgets(e) && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) dqw_gain_forget(&e->gain);
 
     // Once the frame is known, which legs switch.
     const bool seeks = dqw_estimator_seeks_legs(e) && e->stage.name != DQW_STAGE_RANDOM;
@@ -376,7 +368,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
         ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
-    const bool follows = c->follow && !c->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM && !seeks;
+    const bool follows = dqw_estimator_forgets(e) && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM && !seeks;
     if (follows)
         for (int axis = 0; axis < 2; axis++) dqw_estimator_show_segment(e, axis, &r, mask[axis], ratio[axis]);
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);

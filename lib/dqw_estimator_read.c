@@ -18,6 +18,9 @@
 #define LATE_NEAR 0.35f
 #define LATE_SD 0.16f
 #define FEW_BLOCKS 50u
+// Blocks over which statistics are means: a variance is then known to sqrt(2 / 1000), 4.5 %; of what lasts, over more.
+#define MEMORY 1000.0f
+#define LASTING_MEMORY 4096.0f
 // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap.
 #define LASTING_NOISE 1.2f
 // The same of a stretch's two, whose blocks overlap.
@@ -86,10 +89,21 @@ float dqw_estimator_noise_sd(const dqw_estimator *e, int weight)
     return sqrtf(v) * dqw_estimator_unit(e, weight);
 }
 
+// A mean weighs its looks with their number while they are few, or with its third power where a start is forgotten.
+static float part_of(const dqw_estimator *e, float looks, float memory)
+{
+    const float part = dqw_estimator_forgets(e) ? 4.0f / (looks + 3.0f) : 2.0f / (looks + 1.0f);
+    return part > 1.0f / memory ? part : 1.0f / memory;
+}
+
+float dqw_estimator_part(const dqw_estimator *e)
+{
+    return part_of(e, (float)e->blocks, MEMORY);
+}
+
 float dqw_lasting_part(const dqw_estimator *e, float stretch)
 {
-    const float blocks = (float)(e->blocks - DQW_LASTING_FROM);
-    return 4.0f / ((blocks < DQW_LASTING_BLOCKS ? blocks : DQW_LASTING_BLOCKS) / stretch + 3.0f);
+    return part_of(e, (float)(e->blocks - DQW_LASTING_FROM) / stretch, LASTING_MEMORY / stretch);
 }
 
 int dqw_estimator_stretch(const dqw_estimator *e)

@@ -247,7 +247,7 @@ static void settle(dqw_monitor *m, int channel)
     const float band = dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const bool young = m->config->estimator.follow && m->estimator.segment.segments == 0;
+    const bool young = dqw_estimator_forgets(&m->estimator) && m->estimator.segment.segments == 0;
     const enum dqw_watch_known known = young || !(x.sd < KNOWN_BANDS * band) ? DQW_WATCH_NOT_KNOWN
                                        : x.sd < known_part(channel) * band   ? DQW_WATCH_KNOWN_WELL
                                                                              : DQW_WATCH_KNOWN;

@@ -328,10 +328,17 @@ int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch);
 /// Source   (E103) in docs/EQUATIONS.md
 uint32_t dqw_estimator_stretch_q15(const dqw_estimator_q15 *e);
 
+/// Is what a drive leaves that starts forgotten? Settled rows are all of one kind.
+/// Source   (E194) in docs/EQUATIONS.md
+static inline bool dqw_estimator_forgets_q15(const dqw_estimator_q15 *e)
+{
+    return e->config->follow && !e->config->settled;
+}
+
 /// Are changes followed by segments now?
 static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
 {
-    return e->config->follow && !e->config->settled && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM &&
+    return dqw_estimator_forgets_q15(e) && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM &&
            !dqw_estimator_seeks_legs_q15(e);
 }
 

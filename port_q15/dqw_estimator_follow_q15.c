@@ -29,6 +29,8 @@
 // What the sums can hold of a variance: 2^21 of the residual's.
 #define WIDEST_Q40 ((int64_t)1 << 61)
 #define ONE_Q30 1073741824
+// Blocks over which means of what lasts are.
+#define LASTING_MEMORY 4096
 #define GOLDEN 2654435769u
 
 enum { D = 0, Q = 1, N = DQW_FOLLOWED };
@@ -109,9 +111,12 @@ void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e)
 int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch)
 {
     // Of blocks behind the first ones, which are about the start values.
-    const uint32_t blocks = e->blocks - DQW_LASTING_FROM_Q15;
-    const uint32_t most = 16384u;
-    return dqw_q_quotient32(4 * (int64_t)stretch, (int64_t)(blocks < most ? blocks : most) + 3 * (int64_t)stretch, 30);
+    const int64_t blocks = (int64_t)e->blocks - DQW_LASTING_FROM_Q15;
+    const int64_t n = stretch;
+    const int64_t least = n * (ONE_Q30 / LASTING_MEMORY);
+    const int64_t part = dqw_estimator_forgets_q15(e) ? dqw_q_quotient64(4 * n, blocks + 3 * n, 30)
+                                                      : dqw_q_quotient64(2 * n, blocks + n, 30);
+    return (int32_t)(part > least ? part : least);
 }
 
 uint32_t dqw_estimator_stretch_q15(const dqw_estimator_q15 *e)

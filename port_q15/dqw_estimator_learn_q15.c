@@ -52,11 +52,13 @@ static void toward(int64_t *m, int64_t x, int32_t part_q31)
 }
 
 // Part of a mean that a block is, of so many looks that are remembered: while it is young, later ones count for more,
-// for the first ones are about the start values.
-static int32_t part_q31(uint32_t looks, uint32_t memory)
+// for the first ones are about the start values; and by far where a start is forgotten. (E61), (E194)
+static int32_t part_q31(const dqw_estimator_q15 *e, uint32_t looks, uint32_t memory)
 {
-    // Half of it at most: there is at least one.
-    return (int32_t)(looks + 1u < 2u * memory ? UINT32_MAX / (looks + 1u) : (1u << 31) / memory);
+    // Below 1: there is at least one.
+    const uint32_t part = dqw_estimator_forgets_q15(e) ? 2u * (UINT32_MAX / (looks + 3u)) : UINT32_MAX / (looks + 1u);
+    const uint32_t least = (1u << 31) / memory;
+    return (int32_t)(part > least ? part : least);
 }
 
 static uint32_t every(const dqw_estimator_q15 *e)
@@ -196,8 +198,8 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
                  bool solved)
 {
     const uint32_t looks = e->blocks / every(e);
-    const int32_t part = part_q31(e->blocks, MEMORY);
-    const int32_t part_error = part_q31(looks != 0 ? looks : 1u, MEMORY / every(e));
+    const int32_t part = part_q31(e, e->blocks, MEMORY);
+    const int32_t part_error = part_q31(e, looks != 0 ? looks : 1u, MEMORY / every(e));
     int64_t e2_q54 = 0;
     int32_t after_q28[2];
     for (int axis = 0; axis < 2; axis++) {
@@ -313,6 +315,14 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     return true;
 }
 
+// What was learned counts for a quarter, in the deviations that the next solution will find as well. |P| <= 2^61
+static void forget(dqw_estimator_q15 *e)
+{
+    dqw_normal_forget_q15(&e->normal);
+    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
+        e->cov_q40[i] = 4 * dqw_q_within64(e->cov_q40[i], (int64_t)1 << 59);
+}
+
 static void solve(dqw_estimator_q15 *e)
 {
     int64_t before_q40[DQW_ESTIMATOR_Q15_INPUTS];
@@ -344,7 +354,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (e->blocks < UINT16_MAX) e->blocks++;
 
     // What a drive leaves that starts is not what it is.
-    if (c->follow && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) dqw_normal_forget_q15(&e->normal);
+    if (dqw_estimator_forgets_q15(e) && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) forget(e);
 
     // Once the frame is known, which legs switch.
     if (dqw_estimator_seeks_legs_q15(e) && e->stage.name != DQW_STAGE_RANDOM &&

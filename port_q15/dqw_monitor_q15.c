@@ -383,7 +383,7 @@ static void settle(dqw_monitor_q15 *m, int channel)
     const int32_t band = dqw_monitor_band_of_q15(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const bool young = m->config->estimator.follow && m->estimator.segment.segments == 0;
+    const bool young = dqw_estimator_forgets_q15(&m->estimator) && m->estimator.segment.segments == 0;
     enum dqw_watch_known known = DQW_WATCH_NOT_KNOWN;
     if (!young && within_part(x.sd, KNOWN_BANDS_Q15, band)) known = DQW_WATCH_KNOWN;
     if (!young && within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;

@@ -63,7 +63,7 @@ void dqw_normal_grow_q15(dqw_normal_q15 *n, int i, int64_t q_q40);
 /// All rows so far count for a quarter.
 ///
 /// Source   (E194) in docs/EQUATIONS.md
-/// Cost     n (n + 3) / 2 shifts of 64 bits
+/// Cost     n (n + 3) + 2 shifts of 64 bits
 void dqw_normal_forget_q15(dqw_normal_q15 *n);
 
 /// Noughts: weights that start there, or whose start nobody asks for.

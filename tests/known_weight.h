@@ -20,6 +20,7 @@ typedef struct known_state {
     double voltage_error;           ///< that the user allows for
     double voltage_scale;           ///< deviation of its scale, as a part
     bool settled;
+    bool forgets;  ///< a start (E194)
 } known_state;
 
 /// And of one weight.
@@ -48,16 +49,21 @@ static inline double known_noise2(const known_state *s, const known_weight *w)
     return known_common(s) * w->cov * c * rows / freedom;
 }
 
+/// (E103): the part of a mean that one of so many stretches is.
+static inline double known_part(const known_state *s, double stretch)
+{
+    const double looks = (s->blocks - 50) / stretch;
+    return fmax(s->forgets ? 4 / (looks + 3) : 2 / (looks + 1), stretch / 4096);
+}
+
 /// (E103): of the residual, f^2 and s^2.
 static inline void known_lasting(const known_state *s, double *fast2, double *slow2)
 {
     *fast2 = *slow2 = 0;
     if (s->settled || s->blocks <= 50) return;
-    const double n = fmin(16384, s->blocks - 50);
     const double N = s->stretch;
-    const double m = n / N;
-    *fast2 = fmax(0, fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1])) - 1.2 * known_common(s) * sqrt(4 / (n + 3)));
-    *slow2 = fmax(0, s->slow2 - 1.5 * known_common(s) / N * sqrt(4 / (m + 3)));
+    *fast2 = fmax(0, fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1])) - 1.2 * known_common(s) * sqrt(known_part(s, 1)));
+    *slow2 = fmax(0, s->slow2 - 1.5 * known_common(s) / N * sqrt(known_part(s, N)));
 }
 
 /// h^2 of (E103).
@@ -66,8 +72,7 @@ static inline double known_model2(const known_state *s, const known_weight *w, d
     if (fast2 + slow2 <= 0) return 0;
     if (w->alone2 <= 0) return INFINITY;
     const double slowly = fmin(w->alone2, w->slow_alone2);
-    const double m = fmin(16384, s->blocks - 50) / s->stretch;
-    const double quickly = fmax(w->alone2 - slowly, slowly * sqrt(4 / (m + 3)));
+    const double quickly = fmax(w->alone2 - slowly, slowly * sqrt(known_part(s, s->stretch)));
     return (slow2 * slowly + fast2 * quickly) / (w->alone2 * w->alone2);
 }
 

@@ -90,6 +90,8 @@ static void test_deviations_are_the_equations(void)
         const bool settled = k % 5 == 0;
         start(settled);
         known_state s = known_drawn(&r, settled, settled ? 1e-10 : 1e-8);
+        config.follow = k % 4 >= 2;
+        s.forgets = config.follow && !settled;
         s.stretch = 15;  // 30 ms of blocks of 2 ms
         // No leg rests: the constant is no weight.
         e.modulation = (uint8_t)(k % 2 ? DQW_MODULATION_CENTRED : DQW_MODULATION_CLAMPED_LOW);

@@ -41,11 +41,7 @@ static void test_both_follow_one_log(void)
                 // Without noise the rounding of the samples is what makes blocks unlike.
                 // Beside a dead time, of 20 % noise a little more than what noise makes lasts in the residual: 1.22 of L_q.
                 const double apart = dead && level == 3 ? 1.3 : 1.15;
-                if (level == 0) continue;
-                // As noise makes it; what lasts may be just below notice in one of them.
-                const double q_noise = ldexp((double)dqw_estimator_noise_sd_q24(&p.q, i), 16) * q_unit(&p, i);
-                BETWEEN(1 / apart, q_noise / (double)dqw_estimator_noise_sd(&p.f, i), apart);  // 1.3 is promised
-                BETWEEN(0.2, q_sd(&p, i) / f_sd(&p, i), 5.0);                                  // 3.2: R
+                if (level > 0) BETWEEN(1 / apart, q_sd(&p, i) / f_sd(&p, i), apart);  // 1.3 is promised
             }
         }
 }
@@ -487,7 +483,7 @@ static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
             const double unit = weight_pu(&p, i);
             const double cov = ldexp((double)p.q.cov_q40[i], -40) * unit * unit;
             // Where a start is forgotten, both have learned a few blocks more or less since.
-            if (taught && i < 4) BETWEEN(0.8, cov / (double)dqw_gain_covariance(&p.f.gain, i, i), 1.2);  // 0.85 to 1.03
+            if (taught && i < 4) BETWEEN(0.8, cov / (double)dqw_gain_covariance(&p.f.gain, i, i), 1.2);  // 0.88 to 1.03
         }
     }
 }

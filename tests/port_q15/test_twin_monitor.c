@@ -6,6 +6,7 @@
 #include "dqw_estimator_random.h"
 #include "dqw_estimator_random_q15.h"
 #include "dqw_monitor.h"
+#include "dqw_monitor_channel.h"
 #include "dqw_monitor_q15.h"
 #include "dqw_number.h"
 #include "dqw_witness.h"
@@ -272,6 +273,38 @@ static bool one_fault(const fault *f, int joined, bool lent, bool every_block)
     BETWEEN(0.8, (double)o.qe.sd_q40 / Q40 * unit / (double)o.fe.sd, 1.25);
     BETWEEN(-0.03, ((double)o.qe.healthy_q40 / Q40 * unit - (double)o.fe.healthy) / (double)o.fe.value, 0.03);
     return true;
+}
+
+// Blocks so short that a drive is in service before the first segment ends: at that one operating point weights may
+// stand for one another, however well they seem to be known.
+static void test_no_healthy_value_settles_in_the_first_segment(void)
+{
+    const dqw_sim_scenario s = joint(1.2);
+    simulate(&s);
+    static twins t;
+    configure(&t);
+    t.fc.estimator.half_window = t.qc.estimator.half_window = 6;
+    begin_with(&t, false);
+    int served[2] = {0};
+    int would = 0;
+    for (int k = 0; k < row_count; k += 100) {
+        (void)watch(&t, k, k + 100);
+        const bool in[2] = {t.f.estimator.stage.name == DQW_STAGE_IN_SERVICE && t.f.estimator.segment.segments == 0,
+                            t.q.estimator.stage.name == DQW_STAGE_IN_SERVICE && t.q.estimator.segment.segments == 0};
+        CASE("%g s: looks %d, %d; sd %g of %g", k * DT_S, t.f.watch.looks[DQW_WATCH_R], t.q.watch.looks[DQW_WATCH_R],
+             (double)dqw_monitor_read(&t.f, DQW_WATCH_R).sd, (double)dqw_monitor_band_of(&t.f, DQW_WATCH_R));
+        for (int q = 0; q < 2; q++) {
+            if (!in[q]) continue;
+            served[q]++;
+            const dqw_watch *w = q == 0 ? &t.f.watch : &t.q.watch;
+            for (int i = DQW_WATCH_R; i <= DQW_WATCH_PSI; i++) HOLDS(w->looks[i] == 0);
+        }
+        would += in[0] && (double)dqw_monitor_read(&t.f, DQW_WATCH_PSI).sd <
+                              0.4 * (double)dqw_monitor_band_of(&t.f, DQW_WATCH_PSI);
+    }
+    CASE("%d, %d times in service and in the first segment", served[0], served[1]);
+    HOLDS(served[0] > 3 && served[1] > 3 && would > 3);
+    for (int i = DQW_WATCH_R; i <= DQW_WATCH_PSI; i++) HOLDS(t.f.watch.looks[i] > 0 && t.q.watch.looks[i] > 0);
 }
 
 static void test_both_tell_each_fault_by_its_name(void)
@@ -694,6 +727,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_both_leave_a_healthy_joint_alone);
+    RUN_TEST(test_no_healthy_value_settles_in_the_first_segment);
     RUN_TEST(test_both_tell_each_fault_by_its_name);
     RUN_TEST(test_both_name_alike);
     RUN_TEST(test_patterns_keep_their_direction);
