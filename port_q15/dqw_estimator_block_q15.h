@@ -315,7 +315,13 @@ int32_t dqw_estimator_model_q28(const dqw_estimator_q15 *e, int weight, const dq
 /// Source   (E103) in docs/EQUATIONS.md
 int64_t dqw_estimator_witness_q56(const dqw_estimator_q15 *e);
 
-/// Part of a mean over stretches of so many blocks that one is, of what lasts.
+/// Part of a mean over the last so many blocks that a stretch is: while it is young, later ones count for more, for the
+/// first ones are about the start values; by far where a start is forgotten.
+/// Source   (E194) in docs/EQUATIONS.md
+/// Range    blocks >= stretch 1 .. 200
+int32_t dqw_mean_part_q30(const dqw_estimator_q15 *e, uint32_t blocks, uint32_t stretch, uint32_t memory);
+
+/// The same of what lasts.
 /// Source   (E103) in docs/EQUATIONS.md
 int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch);
 

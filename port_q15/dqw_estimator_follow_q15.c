@@ -108,15 +108,17 @@ void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e)
     dqw_segment_init_q15(&e->segment, band_q28);
 }
 
+int32_t dqw_mean_part_q30(const dqw_estimator_q15 *e, uint32_t blocks, uint32_t stretch, uint32_t memory)
+{
+    const uint32_t power = dqw_estimator_forgets_q15(e) ? 3u : 1u;
+    const uint32_t part = (uint32_t)dqw_q_quotient32((power + 1u) * stretch, blocks + power * stretch, 30);
+    const uint32_t least = stretch * (ONE_Q30 / memory);
+    return (int32_t)(part > least ? part : least);
+}
+
 int32_t dqw_lasting_part_q30(const dqw_estimator_q15 *e, uint32_t stretch)
 {
-    // Of blocks behind the first ones, which are about the start values.
-    const int64_t blocks = (int64_t)e->blocks - DQW_LASTING_FROM_Q15;
-    const int64_t n = stretch;
-    const int64_t least = n * (ONE_Q30 / LASTING_MEMORY);
-    const int64_t part = dqw_estimator_forgets_q15(e) ? dqw_q_quotient64(4 * n, blocks + 3 * n, 30)
-                                                      : dqw_q_quotient64(2 * n, blocks + n, 30);
-    return (int32_t)(part > least ? part : least);
+    return dqw_mean_part_q30(e, e->blocks - DQW_LASTING_FROM_Q15, stretch, LASTING_MEMORY);
 }
 
 uint32_t dqw_estimator_stretch_q15(const dqw_estimator_q15 *e)

@@ -46,19 +46,9 @@
 enum { D = 0, Q = 1, SCORES = DQW_ESTIMATOR_Q15_SCORES };
 
 // m moves to x by a part, the difference below 2^63.
-static void toward(int64_t *m, int64_t x, int32_t part_q31)
+static void toward(int64_t *m, int64_t x, int32_t part_q30)
 {
-    *m += dqw_q_times64(x - *m, part_q31, -31);
-}
-
-// Part of a mean that a block is, of so many looks that are remembered: while it is young, later ones count for more,
-// for the first ones are about the start values; and by far where a start is forgotten. (E61), (E194)
-static int32_t part_q31(const dqw_estimator_q15 *e, uint32_t looks, uint32_t memory)
-{
-    // Below 1: there is at least one.
-    const uint32_t part = dqw_estimator_forgets_q15(e) ? 2u * (UINT32_MAX / (looks + 3u)) : UINT32_MAX / (looks + 1u);
-    const uint32_t least = (1u << 31) / memory;
-    return (int32_t)(part > least ? part : least);
+    *m += dqw_q_times64(x - *m, part_q30, -30);
 }
 
 static uint32_t every(const dqw_estimator_q15 *e)
@@ -198,8 +188,8 @@ static void keep(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const uint32_t mas
                  bool solved)
 {
     const uint32_t looks = e->blocks / every(e);
-    const int32_t part = part_q31(e, e->blocks, MEMORY);
-    const int32_t part_error = part_q31(e, looks != 0 ? looks : 1u, MEMORY / every(e));
+    const int32_t part = dqw_mean_part_q30(e, e->blocks, 1, MEMORY);
+    const int32_t part_error = dqw_mean_part_q30(e, looks != 0 ? looks : 1u, 1, MEMORY / every(e));
     int64_t e2_q54 = 0;
     int32_t after_q28[2];
     for (int axis = 0; axis < 2; axis++) {
@@ -315,14 +305,6 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     return true;
 }
 
-// What was learned counts for a quarter, in the deviations that the next solution will find as well. |P| <= 2^61
-static void forget(dqw_estimator_q15 *e)
-{
-    dqw_normal_forget_q15(&e->normal);
-    for (int i = 0; i < dqw_estimator_inputs_q15(e); i++)
-        e->cov_q40[i] = 4 * dqw_q_within64(e->cov_q40[i], (int64_t)1 << 59);
-}
-
 static void solve(dqw_estimator_q15 *e)
 {
     int64_t before_q40[DQW_ESTIMATOR_Q15_INPUTS];
@@ -353,8 +335,9 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
     if (e->gate.blocks < UINT32_MAX) e->gate.blocks++;
     if (e->blocks < UINT16_MAX) e->blocks++;
 
-    // What a drive leaves that starts is not what it is.
-    if (dqw_estimator_forgets_q15(e) && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks)) forget(e);
+    // What a drive leaves that starts is not what it is; and deviations are at once as wide as that makes them.
+    const bool forgets = dqw_estimator_forgets_q15(e) && e->pole_pairs != 0 && dqw_stage_forgets(e->blocks);
+    if (forgets) dqw_normal_forget_q15(&e->normal);
 
     // Once the frame is known, which legs switch.
     if (dqw_estimator_seeks_legs_q15(e) && e->stage.name != DQW_STAGE_RANDOM &&
@@ -378,7 +361,7 @@ bool dqw_estimator_learn_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_block
         e->e_q28[axis] = dqw_estimator_error_q28(e, axis, &r);
         dqw_estimator_show_q15(e, axis, &r, mask[axis], weigh_q24[axis]);
     }
-    const bool solved = is_due(e);
+    const bool solved = forgets || is_due(e);
     if (!c->settled) dqw_estimator_keep_lasting_q15(e, &r, weigh_q24, solved && every(e) > 1u);
     if (c->noise_on_inputs && !c->settled) {
         keep_answered(e, b);
