@@ -13,10 +13,10 @@ install)
     [ -x "$top/test/bin/pip" ] || "$python" -m venv "$top/test" >/dev/null 2>&1 || absent "no venv for $python (python3-venv)"
     "$top/test/bin/python" -m pip install -q scikit-build-core nanobind numpy pytest >"$top/test.log" 2>&1 ||
         absent "scikit-build-core, nanobind, numpy or pytest cannot be had from PyPI"
-    # Not needed by the package: what is not there is skipped by name.
-    "$top/test/bin/python" -m pip install -q cmake ninja pandas polars pyarrow mypy ruff scipy duckdb statsmodels matplotlib \
+    # Not needed by the package: what is not there is skipped by name. Compiled is what the tests import.
+    "$top/test/bin/python" -m pip install -q --no-compile cmake ninja pandas polars pyarrow mypy ruff scipy duckdb statsmodels matplotlib \
         pyserial python-can cantools "paho-mqtt>=2" prometheus_client starlette uvicorn >>"$top/test.log" 2>&1 || :
-    "$top/test/bin/python" -m pip install -q asammdf mcap mcap-ros2-support rosbags h5py websocket-client >>"$top/test.log" 2>&1 || :
+    "$top/test/bin/python" -m pip install -q --no-compile asammdf mcap mcap-ros2-support rosbags h5py websocket-client >>"$top/test.log" 2>&1 || :
     # make's archives are the same code; `make python` compiles anew.
     build=$(cd "${BUILD:-build}" && pwd)
     [ -f "$build/libapp.a" ] && export CMAKE_ARGS="-DDQWATCH_BUILD=$build"

@@ -24,11 +24,16 @@ def with_values(table, name, at, value):
     return table.set_column(table.column_names.index(name), name, pa.array(x))
 
 
-@pytest.mark.parametrize("name", NUMBERS)
-def test_one_motors_nonsense_moves_no_other(name):
+@pytest.fixture(scope="module")
+def fleet():
     table = windows(drawn(11, 120, each=1, batch=5))
+    return table, {s.motor: s.cause for s in compare(windows_of(table)).standing}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_one_motors_nonsense_moves_no_other(name, fleet):
+    table, before = fleet
     motors = np.array(table["motor"].to_pylist())
-    before = {s.motor: s.cause for s in compare(windows_of(table)).standing}
     healthy = sorted(set(motors) - set(before))[7]
     for k, value in enumerate(EXTREMES):
         # Of all its windows, or of one.
