@@ -90,11 +90,9 @@ std::string refused_text(const MonitorRun& run)
 {
     const dqw_gate& g = run.end.gate;
     const std::uint32_t samples = g.nonfinite + g.saturated + g.stale;
-    std::string out = samples == 0
-                          ? "no sample"
-                          : fmt::format(
-                                "{}: {} not finite, {} beyond ten times what 99.9 % of the rows stay below, {} stuck",
-                                counted(samples, "sample"), g.nonfinite, g.saturated, g.stale);
+    std::string out = samples == 0 ? "no sample"
+                                   : fmt::format("{}: {} not finite, {} beyond ten times their base, {} stuck",
+                                                 counted(samples, "sample"), g.nonfinite, g.saturated, g.stale);
     if (g.incomplete > 0) out += fmt::format("; {} incomplete", counted(g.incomplete, "block"));
     return out;
 }

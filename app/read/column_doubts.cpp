@@ -299,6 +299,18 @@ Maybe by_half_signs(const VoltageFit& e)
         ""};
 }
 
+/// The sign of the angle's turning over the speed's, 0 where nothing tells it.
+int angle_beside_speed(const SpeedProbe& p)
+{
+    for (const Column angle : {col_theta_e, col_theta_m}) {
+        const double* theta = p.column[angle];
+        if (!theta || !p.column[col_t] || !p.column[col_w_m]) continue;
+        const double slope = slope_of(p, theta, {1, 1, "", col_w_m, ""}, 1.0), whole = std::round(slope);
+        if (whole != 0 && std::fabs(slope / whole - 1) < 0.01) return slope < 0 ? -1 : 1;
+    }
+    return 0;
+}
+
 /// Signs turned and axes exchanged, where the log as it is has a negative R, L or ψ, or leaves far more.
 Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
 {
@@ -314,6 +326,7 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
     Maybe found;
     double best = 0;
     int fewest = 99;
+    bool axis_q = false;
     for (int exchanged = 0; exchanged < 2; ++exchanged)
         for (int signs = 0; signs < 16; ++signs) {
             const auto sign = [&](int bit) { return signs & bit ? -1.0 : 1.0; };
@@ -329,7 +342,7 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
             std::string how = exchanged ? "d and q exchanged" : "";
             for (std::size_t n = 0; n < what.size(); ++n)
                 how += (n ? " and " : how.empty() ? "the sign of " : ", then the sign of ") + what[n];
-            best = e.left, fewest = changes;
+            best = e.left, fewest = changes, axis_q = exchanged == 0 && signs == 10;
             found = Doubt{
                 {col_v_d, col_v_q, col_i_d, col_i_q},
                 how + (what.empty() ? "" : " turned"),
@@ -338,6 +351,14 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
                             senseless ? "R, L or psi comes out negative and " : "", 100 * as_is.left, 100 * e.left),
                 ""};
         }
+    // v_q and i_q of the other sign are a speed of the other sign, to every equation but the angle's.
+    const int beside = axis_q ? angle_beside_speed(p) : 1;
+    if (beside < 0)
+        return Doubt{
+            {col_w_m}, "a speed of the other sign", found->evidence + "; the angle turns against it", "scale = -1"};
+    if (beside > 0) return found;
+    found->columns.push_back(col_w_m);
+    found->looks_like = "the sign of w_m, or those of v_q and i_q, turned";
     return found;
 }
 

@@ -160,7 +160,9 @@ private:
 
     double number(const std::string& key, const toml::node& node) const
     {
-        if (!node.is_number()) refuse(node, fmt::format("{} is not a number; expected e.g. {} = 0.5", key, key));
+        if (!node.is_number())
+            refuse(node, fmt::format("{} is not a number; expected e.g. {} = {}", key, key,
+                                     key == "pole_pairs" ? "7" : "0.5"));
         const double value = node.is_integer() ? static_cast<double>(node.as_integer()->get())
                                                : node.as_floating_point()->get();
         if (!std::isfinite(value)) refuse(node, fmt::format("{} is not finite", key));
