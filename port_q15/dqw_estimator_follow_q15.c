@@ -110,8 +110,8 @@ void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e)
 
 int32_t dqw_mean_part_q30(const dqw_estimator_q15 *e, uint32_t blocks, uint32_t stretch, uint32_t memory)
 {
-    const uint32_t power = dqw_estimator_forgets_q15(e) ? 3u : 1u;
-    const uint32_t part = (uint32_t)dqw_q_quotient32((power + 1u) * stretch, blocks + power * stretch, 30);
+    const int64_t power = dqw_estimator_forgets_q15(e) ? 3 : 1;
+    const uint32_t part = (uint32_t)dqw_q_quotient32((power + 1) * stretch, blocks + power * stretch, 30);
     const uint32_t least = stretch * (ONE_Q30 / memory);
     return (int32_t)(part > least ? part : least);
 }
