@@ -42,6 +42,17 @@ static inline void simulate(const dqw_sim_scenario *s)
                                   report.message);
 }
 
+// An ohm more in line for the first 0.1 s, as where a link charges.
+static inline void simulate_a_link_that_charges(void)
+{
+    const dqw_sim_scenario s = joint(2.0);
+    simulate(&s);
+    for (int k = 0; k < 2000; k++) {
+        rows[k].v_d_V += 1.0 * rows[k].i_d_A;
+        rows[k].v_q_V += 1.0 * rows[k].i_q_A;
+    }
+}
+
 typedef struct fault {
     const char *text, *key;  ///< the simulator's; NULL: dead time or R of all phases
     double size;

@@ -326,7 +326,7 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
     Maybe found;
     double best = 0;
     int fewest = 99;
-    bool axis_q = false;
+    bool q_turned = false;
     for (int exchanged = 0; exchanged < 2; ++exchanged)
         for (int signs = 0; signs < 16; ++signs) {
             const auto sign = [&](int bit) { return signs & bit ? -1.0 : 1.0; };
@@ -342,7 +342,7 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
             std::string how = exchanged ? "d and q exchanged" : "";
             for (std::size_t n = 0; n < what.size(); ++n)
                 how += (n ? " and " : how.empty() ? "the sign of " : ", then the sign of ") + what[n];
-            best = e.left, fewest = changes, axis_q = exchanged == 0 && signs == 10;
+            best = e.left, fewest = changes, q_turned = exchanged == 0 && signs == (2 | 8);
             found = Doubt{
                 {col_v_d, col_v_q, col_i_d, col_i_q},
                 how + (what.empty() ? "" : " turned"),
@@ -352,11 +352,12 @@ Maybe by_signs(const SpeedProbe& p, const VoltageFit& as_is)
                 ""};
         }
     // v_q and i_q of the other sign are a speed of the other sign, to every equation but the angle's.
-    const int beside = axis_q ? angle_beside_speed(p) : 1;
+    if (!q_turned) return found;
+    const int beside = angle_beside_speed(p);
+    if (beside > 0) return found;
     if (beside < 0)
         return Doubt{
             {col_w_m}, "a speed of the other sign", found->evidence + "; the angle turns against it", "scale = -1"};
-    if (beside > 0) return found;
     found->columns.push_back(col_w_m);
     found->looks_like = "the sign of w_m, or those of v_q and i_q, turned";
     return found;

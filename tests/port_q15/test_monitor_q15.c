@@ -629,16 +629,10 @@ static double healthy_from_the_start(int weight)
     return healthy;
 }
 
-// An ohm more in line for the first 0.1 s, as where a link charges: nothing of it is left when service begins. Without
-// forgetting that is at 1.7 s, with an R 11 % off. (E194)
+// Nothing of it is left when service begins. Without forgetting that is at 1.7 s, with an R 11 % off. (E194)
 static void test_a_start_is_forgotten(void)
 {
-    const dqw_sim_scenario s = joint(2.0);
-    simulate(&s);
-    for (int k = 0; k < 2000; k++) {
-        rows[k].v_d_V += 1.0 * rows[k].i_d_A;
-        rows[k].v_q_V += 1.0 * rows[k].i_q_A;
-    }
+    simulate_a_link_that_charges();
     BETWEEN(-0.02, healthy_from_the_start(DQW_WATCH_R) / 0.5 - 1, 0.02);
 }
 
