@@ -22,7 +22,8 @@ typedef struct dqw_estimator_block {
     float cosine, sine;                ///< of the electrical angle at its middle; 0 and 0: not known
     float dead_slope_inv_A;            ///< as handed over with its second half
     dqw_noise_variances noise;
-    bool whole;  ///< none of its pairs was refused
+    int sixfold;  ///< sign of the cosine of six times what the angle has turned by in two halves; 0: not known
+    bool whole;   ///< none of its pairs was refused
 } dqw_estimator_block;
 
 /// Weights in the place of dead time's and the other flux' while the pole pairs are not known.
@@ -170,7 +171,7 @@ void dqw_estimator_turn_on(dqw_estimator *e);
 /// What lasts of the residual after this block's rows, and what of each input no other one explains after one row:
 /// k[] is its gain, `seen` the part of its error that was known of it. (E103)
 #define dqw_estimator_keep_lasting DQW_SIZED(dqw_estimator_keep_lasting)
-void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2]);
+void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2], int sixfold);
 #define dqw_estimator_keep_alone DQW_SIZED(dqw_estimator_keep_alone)
 void dqw_estimator_keep_alone(dqw_estimator *e, const float k[], float seen);
 

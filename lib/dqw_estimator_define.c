@@ -106,7 +106,8 @@ void dqw_estimator_start(dqw_estimator *e, const float start_pu[])
     for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) e->late_w[i] = 0.0f;
     e->late_pu2 = e->late_error_pu2 = 0.0f;
     e->error_pu2[0] = e->error_pu2[1] = e->recent_pu2 = 0.0f;
-    e->lasting_pu2[0] = e->lasting_pu2[1] = e->slow_pu2 = 0.0f;
+    for (int k = 0; k < 3; k++) e->lasting_pu2[k] = 0.0f;
+    e->slow_pu2 = 0.0f;
     e->slow_at = e->across = 0;
     for (int i = 0; i < DQW_ESTIMATOR_INPUTS; i++) e->slow_alone_pu2[i] = 0.0f;
     e->slow_before_pu[0] = e->slow_before_pu[1] = 0.0f;

@@ -86,7 +86,7 @@ static void end_stretch(dqw_estimator *e, float n)
     e->slow_axis = e->slow_axis == D ? Q : D;
 }
 
-void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2])
+void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, const float ratio[2], int sixfold)
 {
     if (e->elapsed != 1) forget_neighbours(e);
     if (e->slow_at == 0) {
@@ -94,7 +94,7 @@ void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, c
         for (int i = 0; i < e->inputs; i++) e->slow_x_pu[i] = 0.0f;
     }
     // [FOL.1] what of the residual is still there two and three blocks later, where blocks overlap no more
-    float product[2] = {0.0f, 0.0f};
+    float product[3] = {0.0f, 0.0f, 0.0f};
     for (int axis = 0; axis < 2; axis++) {
         const float now = e->e_pu[axis] / sqrtf(ratio[axis]);
         for (int k = 0; k < 2; k++) product[k] += 0.5f * now * e->e_before_pu[k + 1][axis];
@@ -109,7 +109,9 @@ void dqw_estimator_keep_lasting(dqw_estimator *e, const dqw_estimator_rows *r, c
         return;
     }
     const float part = dqw_lasting_part(e, 1.0f);
-    for (int k = 0; k < 2; k++) e->lasting_pu2[k] += (product[k] - e->lasting_pu2[k]) * part;
+    // What goes with the sign, whatever lasts anyway.
+    product[2] = (float)sixfold * (product[0] - e->lasting_pu2[0]);
+    for (int k = 0; k < 3; k++) e->lasting_pu2[k] += (product[k] - e->lasting_pu2[k]) * part;
     // [FOL.2] and from one stretch to the next
     const int n = dqw_estimator_stretch(e);
     if (++e->slow_at < n) return;
@@ -170,7 +172,7 @@ static void open(dqw_estimator *e, int changed, const float wide_pu[], const flo
 {
     const dqw_lasting *calm = &e->calm;
     e->segment.since = 1;
-    for (int k = 0; k < 2; k++) e->lasting_pu2[k] = calm->fast_pu2;
+    for (int k = 0; k < 3; k++) e->lasting_pu2[k] = calm->fast_pu2;
     e->slow_pu2 = calm->slow_pu2;
     for (int axis = 0; axis < 2; axis++)
         if (e->error_pu2[axis] > calm->all_pu2) e->error_pu2[axis] = calm->all_pu2;

@@ -252,6 +252,16 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
     *(volatile bool *)&e->given_ready = true;
 }
 
+// Of what turns six times with the rotor blocks two halves apart have a product of this sign. (E103)
+static int sixfold(const float advance[2])
+{
+    const float c = advance[0];
+    if (c == 0.0f && advance[1] == 0.0f) return 0;
+    const float c3 = c * (4.0f * c * c - 3.0f);
+    const float c6 = 2.0f * c3 * c3 - 1.0f;
+    return 2.0f * c6 * c6 > 1.0f ? 1 : -1;
+}
+
 bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
 {
     if (!dqw_handover_waits(&e->window.over)) return false;
@@ -280,6 +290,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
     const float advance[2] = {h.cosine * e->rise_cosine + h.sine * e->rise_sine,
                               h.sine * e->rise_cosine - h.cosine * e->rise_sine};
+    b->sixfold = sixfold(advance);
     e->rise_cosine = h.cosine;
     e->rise_sine = h.sine;
     e->rise_v_V[0] = v_V[0];
@@ -374,7 +385,7 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     learn_row(e, D, &r, mask[D], ratio[D], late_pu, score);
     learn_row(e, Q, &r, mask[Q], ratio[Q], late_pu, score);
     keep_scores(e, score);
-    dqw_estimator_keep_lasting(e, &r, ratio);
+    dqw_estimator_keep_lasting(e, &r, ratio, b->sixfold);
     e->recent_pu2 += (e->e_pu[D] * e->e_pu[D] + e->e_pu[Q] * e->e_pu[Q] - e->recent_pu2) * RECENT_PART;
     if (c->noise_on_inputs && !c->settled) {
         keep_answered(e, &b->noise);

@@ -120,8 +120,10 @@ dqw_lasting dqw_estimator_lasting(const dqw_estimator *e)
     if (e->config->settled || e->blocks <= DQW_LASTING_FROM) return l;
     const float two = fabsf(e->lasting_pu2[0]);
     const float three = fabsf(e->lasting_pu2[1]);
+    const float anyway = two > three ? two : three;
+    const float turning = e->lasting_pu2[2];
     const float noise = LASTING_NOISE * all * sqrtf(dqw_lasting_part(e, 1.0f));
-    l.fast_pu2 = dqw_noise_variance((two > three ? two : three) - noise);
+    l.fast_pu2 = dqw_noise_variance((turning > anyway ? turning : anyway) - noise);
     const float n = (float)dqw_estimator_stretch(e);
     l.slow_pu2 = dqw_noise_variance(e->slow_pu2 - SLOW_NOISE * all / n * sqrtf(dqw_lasting_part(e, n)));
     return l;

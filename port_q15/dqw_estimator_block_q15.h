@@ -27,7 +27,8 @@ typedef struct dqw_estimator_q15_block {
     int32_t v_step_q15[2];          ///< sum of the voltages of the second half less that of the first, d and q
     dqw_estimator_q15_handed with;  ///< as handed over with its second half; but the angle is that at its middle
     uint16_t weight;                ///< of the sums
-    bool whole;                     ///< none of its pairs was refused
+    int sixfold;  ///< sign of the cosine of six times what the angle has turned by in two halves; 0: not known
+    bool whole;   ///< none of its pairs was refused
 } dqw_estimator_q15_block;
 
 /// Units of the weights as parts of the full voltage at full scale of what they act on, and where the weights start.
@@ -358,7 +359,8 @@ void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e);
 /// Source   (E103) in docs/EQUATIONS.md
 /// Context  background
 #define dqw_estimator_keep_lasting_q15 DQW_SIZED(dqw_estimator_keep_lasting_q15)
-void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[], bool busy);
+void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[], int sixfold,
+                                    bool busy);
 
 /// The inputs as the others leave them: by what so many rows added to the inverse of each weight's variance, which was
 /// before_q40[].

@@ -182,7 +182,8 @@ static void end_stretch(dqw_estimator_q15 *e, const dqw_units_q15 *u, uint32_t n
     }
 }
 
-void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[], bool busy)
+void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r, const int64_t weigh_q24[], int sixfold,
+                                    bool busy)
 {
     dqw_residual_q15 *k = &e->residual;
     if (e->elapsed != 1) forget_neighbours(k);
@@ -191,7 +192,7 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
     const unsigned bits = dqw_q_bits64(n - 1u);
     const int inputs = dqw_estimator_inputs_q15(e);
     // [FOL.1] what of the residual is still there two and three blocks later, where blocks overlap no more
-    int64_t product_q34[2] = {0, 0};
+    int64_t product_q34[3] = {0, 0, 0};
     for (int axis = 0; axis < 2; axis++) {
         int16_t *sum = &k->slow_sum[axis];
         int16_t *x = k->slow_x[axis];
@@ -214,8 +215,9 @@ void dqw_estimator_keep_lasting_q15(dqw_estimator_q15 *e, const dqw_rows_q15 *r,
         return;
     }
     const int32_t part_q30 = dqw_lasting_part_q30(e, 1);
-    // Half of both axes'.
-    for (int m = 0; m < 2; m++) toward_product(&k->lasting_q38[m], 8 * product_q34[m], part_q30, turn);
+    // Half of both axes'; of the third what goes with the sign, whatever lasts anyway.
+    product_q34[2] = sixfold * (product_q34[0] - dqw_q_round64(k->lasting_q38[0], 3));
+    for (int m = 0; m < 3; m++) toward_product(&k->lasting_q38[m], 8 * product_q34[m], part_q30, turn);
     // [FOL.2] and from one stretch to the next
     if (++k->slow_at < n || (busy && k->slow_at < n + LATE_MOST)) return;
     end_stretch(e, &r->unit, k->slow_at, bits);
@@ -322,7 +324,7 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
 {
     dqw_residual_q15 *k = &e->residual;
     e->segment.since = 1;
-    for (int m = 0; m < 2; m++) k->lasting_q38[m] = dqw_q31_sat(dqw_q_floor64(calm->fast_q56, 18));
+    for (int m = 0; m < 3; m++) k->lasting_q38[m] = dqw_q31_sat(dqw_q_floor64(calm->fast_q56, 18));
     k->slow_q38 = dqw_q31_sat(dqw_q_floor64(calm->slow_q56, 18));
     for (int axis = 0; axis < 2; axis++)
         if (e->error_q56[axis] > calm->all_q56) e->error_q56[axis] = calm->all_q56;

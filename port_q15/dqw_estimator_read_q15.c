@@ -123,12 +123,15 @@ dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
     const int64_t all_q56 = dqw_estimator_common_variance_q56(e);
     dqw_lasting_q15 l = {0, 0, all_q56};
     if (e->config->settled || e->blocks <= DQW_LASTING_FROM_Q15) return l;
-    const int64_t two_q38 = dqw_q_size64(e->residual.lasting_q38[0]);
-    const int64_t three_q38 = dqw_q_size64(e->residual.lasting_q38[1]);
+    int64_t most_q38 = e->residual.lasting_q38[2];
+    for (int m = 0; m < 2; m++) {
+        const int64_t size_q38 = dqw_q_size64(e->residual.lasting_q38[m]);
+        if (size_q38 > most_q38) most_q38 = size_q38;
+    }
     // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap: 1.2, squared.
     const uint32_t parts_q30 = (uint32_t)dqw_lasting_part_q30(e, 1) / 25u * 36u;
     const int64_t noise = dqw_q_product64(all_q56, dqw_q_root64((uint64_t)parts_q30 << 30), -30);
-    const int64_t fast_q56 = (two_q38 > three_q38 ? two_q38 : three_q38) * 262144 - noise;
+    const int64_t fast_q56 = most_q38 * 262144 - noise;
     if (fast_q56 > 0) l.fast_q56 = fast_q56;
     // The same of a stretch's two, whose blocks overlap: 1.5.
     const int64_t of_stretch_q56 = dqw_q_quotient64(dqw_q_product64(all_q56, 3, -1), dqw_estimator_stretch_q15(e), 0);

@@ -11,7 +11,7 @@
 /// What the estimator holds.
 typedef struct known_state {
     double error2[2], floor2;       ///< residual of d and q, never taken for less
-    double lasting2[2], slow2;      ///< what lasts, as it was gathered
+    double lasting2[3], slow2;      ///< what lasts, as it was gathered; the third, of six a turn, with its sign
     double calm_fast2, calm_slow2;  ///< while nothing seems to change
     int blocks, stretch, weights;   ///< learned; in a stretch; inputs in all
     int learned;                    ///< weights of which anything was learned
@@ -62,7 +62,8 @@ static inline void known_lasting(const known_state *s, double *fast2, double *sl
     *fast2 = *slow2 = 0;
     if (s->settled || s->blocks <= 50) return;
     const double N = s->stretch;
-    *fast2 = fmax(0, fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1])) - 1.2 * known_common(s) * sqrt(known_part(s, 1)));
+    *fast2 = fmax(0, fmax(s->lasting2[2], fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1]))) -
+                         1.2 * known_common(s) * sqrt(known_part(s, 1)));
     *slow2 = fmax(0, s->slow2 - 1.5 * known_common(s) / N * sqrt(known_part(s, N)));
 }
 
@@ -124,11 +125,12 @@ static inline known_state known_drawn(test_random *r, bool settled, double floor
         s.error2[a] = size * random_uniform(r, 0.3, 3);
         s.lasting2[a] = size * random_uniform(r, -1, 1);
     }
+    s.lasting2[2] = size * random_uniform(r, -1, 1);
     s.slow2 = size * random_uniform(r, -0.3, 1);
     s.calm_fast2 = size * random_uniform(r, 0, 1), s.calm_slow2 = size * random_uniform(r, 0, 1);
     // Until then, and of settled points, nothing is known to last.
     if (settled || s.blocks <= 50) s.calm_fast2 = s.calm_slow2 = 0;
-    if (random_bits(r) % 4 == 0) s.lasting2[0] = s.lasting2[1] = s.slow2 = 0;
+    if (random_bits(r) % 4 == 0) s.lasting2[0] = s.lasting2[1] = s.lasting2[2] = s.slow2 = 0;
     s.segments = (int)(random_bits(r) % 3), s.since = (int)(random_bits(r) % 5);
     s.opened = (int)(random_bits(r) % 3);
     s.voltage_error = random_bits(r) % 2 ? random_uniform(r, 0.001, 0.03) : 0;

@@ -261,7 +261,7 @@ static void test_begun_again_it_has_forgotten(void)
         TEST_ASSERT_EQUAL_MEMORY(fresh.e_before_pu, e.e_before_pu, sizeof e.e_before_pu);
         TEST_ASSERT_EQUAL_MEMORY(fresh.slow_alone_pu2, e.slow_alone_pu2, sizeof e.slow_alone_pu2);
         TEST_ASSERT_EQUAL_MEMORY(fresh.alone_pu2, e.alone_pu2, sizeof e.alone_pu2);
-        HOLDS(e.lasting_pu2[0] == 0.0f && e.lasting_pu2[1] == 0.0f && e.slow_pu2 == 0.0f);
+        HOLDS(e.lasting_pu2[0] == 0.0f && e.lasting_pu2[1] == 0.0f && e.lasting_pu2[2] == 0.0f && e.slow_pu2 == 0.0f);
         HOLDS(e.slow_before_pu[0] == 0.0f && e.slow_before_pu[1] == 0.0f && e.slow_at == 0 && e.across == 0);
     }
 }

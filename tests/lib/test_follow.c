@@ -57,7 +57,7 @@ static void test_what_lasts(void)
     for (int i = 0; i < N; i++)
         for (int j = 0; j < N; j++) cov[i][j] = (double)dqw_gain_covariance(&e.gain, i, j);
     double past[3][2] = {{0}};
-    double lasting[2] = {0, 0};
+    double lasting[3] = {0, 0, 0};
     double mean[2] = {0, 0};
     double sum[2] = {0, 0};
     double sum_x[N] = {0};
@@ -82,7 +82,8 @@ static void test_what_lasts(void)
             mean[0] = mean[1] = 0, at = 0;
         }
         if (at == 0) memset(sum, 0, sizeof sum), memset(sum_x, 0, sizeof sum_x);
-        double product[2] = {0, 0};
+        const int sixfold = (int)(random_bits(&r) % 3) - 1;
+        double product[3] = {0, 0, 0};
         for (int axis = 0; axis < 2; axis++) {
             const double now = (double)e.e_pu[axis] / sqrt((double)ratio[axis]);
             for (int n = 0; n < 2; n++) product[n] += now * past[n + 1][axis] / 2;
@@ -90,12 +91,13 @@ static void test_what_lasts(void)
             sum[axis] += now;
         }
         for (int i = 0; i < N; i++) sum_x[i] += (double)rows.x[axis_of_x][i] / sqrt((double)ratio[axis_of_x]);
+        product[2] = sixfold * (product[0] - lasting[0]);
         const double blocks = fmin(16384, e.blocks - 50);
         at++;
         if (e.blocks <= 50) {
             at = 0;
         } else {
-            for (int n = 0; n < 2; n++) lasting[n] += (product[n] - lasting[n]) * 4 / (blocks + 3);
+            for (int n = 0; n < 3; n++) lasting[n] += (product[n] - lasting[n]) * 4 / (blocks + 3);
         }
         if (at == STRETCH) {
             const double part = 4 / (blocks / STRETCH + 3);
@@ -115,9 +117,9 @@ static void test_what_lasts(void)
         }
         // As the search for the legs leaves it.
         if (k == 30) e.slow_at = 9;
-        dqw_estimator_keep_lasting(&e, &rows, ratio);
+        dqw_estimator_keep_lasting(&e, &rows, ratio, sixfold);
         CASE("block %d", k);
-        for (int n = 0; n < 2; n++) alike(lasting[n], (double)e.lasting_pu2[n], 1e-3, "lasts");
+        for (int n = 0; n < 3; n++) alike(lasting[n], (double)e.lasting_pu2[n], 1e-3, "lasts");
         alike(slow, (double)e.slow_pu2, 1e-3, "from stretch to stretch");
         for (int i = 0; i < N; i++) alike(slow_alone[i], (double)e.slow_alone_pu2[i], 1, "alone, slow");
         HOLDS(e.slow_at == at && e.slow_x_pu[N] == 3.0f);
@@ -273,7 +275,7 @@ static void test_a_change_opens(void)
         HOLDS(e.opened == (k % 7 == 0 ? UINT8_MAX : 6) && e.segment.since == 1);
         HOLDS(e.opened_since == (e.segment.agreed ? 2000u : 3000u));
         HOLDS(e.lasting_pu2[0] == e.calm.fast_pu2 && e.lasting_pu2[1] == e.calm.fast_pu2 &&
-              e.slow_pu2 == e.calm.slow_pu2);
+              e.lasting_pu2[2] == e.calm.fast_pu2 && e.slow_pu2 == e.calm.slow_pu2);
         for (int a = 0; a < 2; a++) HOLDS(e.error_pu2[a] == fminf(before.error_pu2[a], e.calm.all_pu2));
         // All that the segment knew is this weight's error.
         for (int i = 0; i < N; i++) {

@@ -38,6 +38,7 @@ static void take_state(known_state *s)
     for (int a = 0; a < 2; a++) {
         e.error_pu2[a] = (float)s->error2[a];
         e.lasting_pu2[a] = (float)s->lasting2[a];
+        e.lasting_pu2[2] = (float)s->lasting2[2];
     }
     e.slow_pu2 = (float)s->slow2;
     e.calm.fast_pu2 = (float)s->calm_fast2, e.calm.slow_pu2 = (float)s->calm_slow2;

@@ -67,7 +67,7 @@ static void test_what_lasts(void)
     double cov[LS_MAX][LS_MAX];
     tie(&r, cov);
     double past[3][2] = {{0}};
-    double lasting[2] = {0, 0};
+    double lasting[3] = {0, 0, 0};
     double mean[2] = {0, 0};
     double sum[2] = {0, 0};
     double sum_x[2][N] = {{0}};
@@ -99,7 +99,8 @@ static void test_what_lasts(void)
             mean[0] = mean[1] = 0, at = 0;
         }
         if (at == 0) memset(sum, 0, sizeof sum), memset(sum_x, 0, sizeof sum_x);
-        double product[2] = {0, 0};
+        const int sixfold = (int)(random_bits(&r) % 3) - 1;
+        double product[3] = {0, 0, 0};
         for (int axis = 0; axis < 2; axis++) {
             const double now = e.e_q28[axis] / Q28 * weigh[axis];
             for (int n = 0; n < 2; n++) product[n] += now * past[n + 1][axis] / 2;
@@ -107,12 +108,13 @@ static void test_what_lasts(void)
             sum[axis] += now;
             for (int i = 0; i < N; i++) sum_x[axis][i] += rows.x_q28[axis][i] / Q28 * weigh[axis];
         }
+        product[2] = sixfold * (product[0] - lasting[0]);
         const double blocks = fmin(16384, e.blocks - 50);
         at++;
         if (e.blocks <= 50) {
             at = 0;
         } else {
-            for (int n = 0; n < 2; n++) lasting[n] += (product[n] - lasting[n]) * 4 / (blocks + 3);
+            for (int n = 0; n < 3; n++) lasting[n] += (product[n] - lasting[n]) * 4 / (blocks + 3);
         }
         if (at >= STRETCH && !(busy && at < STRETCH + 2)) {
             late[at - STRETCH]++;
@@ -136,10 +138,10 @@ static void test_what_lasts(void)
         }
         // As the search for the legs leaves it.
         if (k == 30) e.residual.slow_at = 9;
-        dqw_estimator_keep_lasting_q15(&e, &rows, weigh_q24, busy);
+        dqw_estimator_keep_lasting_q15(&e, &rows, weigh_q24, sixfold, busy);
         CASE("block %d", k);
         HOLDS(e.residual.slow_at == at);
-        for (int n = 0; n < 2; n++) near_to(lasting[n], e.residual.lasting_q38[n] / Q38, 3e-7, "lasts");
+        for (int n = 0; n < 3; n++) near_to(lasting[n], e.residual.lasting_q38[n] / Q38, 3e-7, "lasts");
         near_to(slow, e.residual.slow_q38 / Q38, 2e-6, "from stretch to stretch");
         double most = 0;
         for (int i = 0; i < N; i++) most = fmax(most, slow_alone[i]);
@@ -305,7 +307,7 @@ static void test_a_change_opens(void)
         opened++;
         HOLDS(e.residual.opened == (k % 7 == 0 ? UINT8_MAX : 6) && e.segment.since == 1);
         HOLDS(e.residual.opened_since == (e.segment.agreed ? 2000u : 3000u));
-        for (int m = 0; m < 2; m++) near_to(calm_of(0), e.residual.lasting_q38[m] / Q38, 1e-10, "lasts");
+        for (int m = 0; m < 3; m++) near_to(calm_of(0), e.residual.lasting_q38[m] / Q38, 1e-10, "lasts");
         near_to(calm_of(1), e.residual.slow_q38 / Q38, 1e-10, "lasts, slow");
         for (int a = 0; a < 2; a++)
             near_to(fmin((double)before.error_q56[a] / Q56, calm_of(2)), (double)e.error_q56[a] / Q56, 1e-10, "error");

@@ -44,6 +44,8 @@ static void take_state(known_state *s)
         e.error_q56[a] = llrint(s->error2[a] * Q56);
         e.residual.lasting_q38[a] = (int32_t)lrint(s->lasting2[a] * Q38);
         s->lasting2[a] = e.residual.lasting_q38[a] / Q38;
+        e.residual.lasting_q38[2] = (int32_t)lrint(s->lasting2[2] * Q38);
+        if (a == 1) s->lasting2[2] = e.residual.lasting_q38[2] / Q38;
     }
     e.residual.slow_q38 = (int32_t)lrint(s->slow2 * Q38);
     s->slow2 = e.residual.slow_q38 / Q38;

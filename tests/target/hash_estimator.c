@@ -24,6 +24,7 @@ static void put_lasting(hash *h, const dqw_estimator_q15 *e)
     for (int i = 0; i < 3; i++) hash_put(h, k->calm_q28[i]);
     hash_put(h, k->lasting_q38[0]);
     hash_put(h, k->lasting_q38[1]);
+    hash_put(h, k->lasting_q38[2]);
     hash_put(h, k->slow_q38);
     hash_put(h, s->segments);
     hash_put(h, k->opened);
