@@ -128,6 +128,18 @@ float dqw_monitor_ripple(const float re[], const float im[], int channel)
     return sqrtf(re[k] * re[k] + im[k] * im[k]);
 }
 
+// What a healthy ripple may be another time: a resistance and a reactance share theirs while the speed stays, and either
+// may be the other's. (E63)
+static float ripple_shared(const dqw_monitor *m, int channel)
+{
+    const float own = dqw_monitor_ripple(m->healthy.re, m->healthy.im, channel);
+    if (channel != DQW_WATCH_RESISTANCE && channel != DQW_WATCH_REACTANCE) return own;
+    const int other = channel == DQW_WATCH_RESISTANCE ? DQW_WATCH_REACTANCE : DQW_WATCH_RESISTANCE;
+    const float power = m->witness.power[channel - DQW_WATCH_OFFSET];
+    if (!(power > 0.0f)) return own;
+    return own + fabsf(m->witness.across) / power * dqw_monitor_ripple(m->healthy.re, m->healthy.im, other);
+}
+
 void dqw_monitor_read_channel(const dqw_monitor *m, int channel, dqw_monitor_channel_value *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
@@ -181,8 +193,7 @@ float dqw_monitor_surely(const dqw_monitor *m, int channel, float deviation)
     const float least = width > sure ? width : sure;
     float wanders = 0.0f;
     if (channel >= DQW_WATCH_OFFSET) {
-        if (channel < DQW_WATCH_FRICTION)
-            wanders = RIPPLE_TURNED * dqw_monitor_ripple(m->healthy.re, m->healthy.im, channel);
+        if (channel < DQW_WATCH_FRICTION) wanders = RIPPLE_TURNED * ripple_shared(m, channel);
     } else if (m->config->estimator.follow) {
         const dqw_estimator *e = &m->estimator;
         const int weight = dqw_watch_weight(channel);

@@ -149,6 +149,18 @@ int32_t dqw_monitor_ripple_q24(const int32_t re_q28[], const int32_t im_q28[], i
     return dqw_q_floor32(dqw_q_length32(re_q28[k], im_q28[k]), 4);
 }
 
+// What a healthy ripple may be another time: a resistance and a reactance share theirs while the speed stays, and either
+// may be the other's. (E63)
+static int64_t ripple_shared_q24(const dqw_monitor_q15 *m, int channel)
+{
+    const int32_t own = dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, channel);
+    if (channel != DQW_WATCH_RESISTANCE && channel != DQW_WATCH_REACTANCE) return own;
+    const int other = channel == DQW_WATCH_RESISTANCE ? DQW_WATCH_REACTANCE : DQW_WATCH_RESISTANCE;
+    const int64_t power_q52 = m->witness.power_q52[channel - DQW_WATCH_OFFSET];
+    const int32_t part_q24 = dqw_q_quotient32(dqw_q_size64(m->witness.across_q52), power_q52, 24);
+    return own + dqw_q_times64(part_q24, dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, other), -24);
+}
+
 void dqw_monitor_read_channel_q15(const dqw_monitor_q15 *m, int channel, dqw_monitor_channel_q15 *r)
 {
     if (channel < DQW_WATCH_OFFSET) {
@@ -209,8 +221,7 @@ int64_t dqw_monitor_surely_q15(const dqw_monitor_q15 *m, int channel, int32_t de
     const int64_t least = width > sure ? width : sure;
     int64_t wanders = 0;
     if (channel >= DQW_WATCH_OFFSET) {
-        if (channel < DQW_WATCH_FRICTION)
-            wanders = (int64_t)RIPPLE_TURNED * dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, channel);
+        if (channel < DQW_WATCH_FRICTION) wanders = RIPPLE_TURNED * ripple_shared_q24(m, channel);
     } else if (m->config->estimator.follow) {
         const int32_t band_q24 = m->estimator.segment.band_q28[dqw_watch_weight(channel)] >> 4;
         wanders = (int64_t)WANDERS * counted_q24(m, channel, band_q24);

@@ -74,7 +74,9 @@ void add_reading(CLI::App& command, Options& o)
     command.add_option("--v-dc", o.v_dc_V, "voltage of the DC link, where the log has none")
         ->check(positive)
         ->type_name("V");
-    command.add_option("--period", o.period_s, "seconds from row to row, where the log has no time")
+    command
+        .add_option("--period", o.period_s,
+                    "seconds from row to row, where the log has no time or stamps that are no use")
         ->check(positive)
         ->type_name("S");
 }

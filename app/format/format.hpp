@@ -50,6 +50,7 @@ struct Import {
     bool settled_only = false;               ///< v and i are not of one instant: rows in motion are dropped (E136)
     bool speed_from_angle = false;           ///< w_m is the slope of theta_e
     bool voltage_previous = false;           ///< row k's voltage acted before t_k
+    bool even = false;                       ///< the user says how far apart rows are, whatever stamps say
     std::optional<double> row_period_s;      ///< there is no time, or none to trust: rows are this far apart
     std::optional<std::size_t> counter;      ///< a field that counts rows to 256: a jump is rows that were lost
     std::vector<std::string> missing_given;  ///< what --period and the like must say

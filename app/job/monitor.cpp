@@ -16,6 +16,7 @@
 #include "app/q15/fixed_point.hpp"
 #include "app/read/log_stream.hpp"
 #include "ref/log/speed_lag.hpp"
+#include "ref/log/turns.hpp"
 
 namespace dqw {
 namespace {
@@ -37,6 +38,16 @@ LearnConfig effects_to_monitor(const Options& options)
 std::optional<double> lag_of(const std::optional<MonitorStore>& store)
 {
     return store ? std::optional<double>(store->speed_lag_s) : std::nullopt;
+}
+
+/// Where nobody says them and the log's own angle does.
+void find_pole_pairs(std::vector<Log>& logs, std::vector<std::string>& notes)
+{
+    if (logs.front().machine.pole_pairs || logs.front().regime != Regime::dynamic) return;
+    const double p = pole_pairs_of_angles(logs);
+    if (!(p > 0.0)) return;
+    for (Log& log : logs) log.machine.pole_pairs = p;
+    notes.push_back(fmt::format("pole pairs found: {:g}, from the electrical angle", p));
 }
 
 /// The header with which firmware runs the same; a note of it.
@@ -79,6 +90,7 @@ public:
         const bool known = all_known(stream);
         std::vector<Log> logs = {stream.begin(known ? kShortWindow_s : kWindow_s, kFewestRows)};
         if (store_) take_from_store(*store_, options_.store_file, options_.arith, logs.front());
+        find_pole_pairs(logs, notes_);
         bring_speed_forward(logs, true, notes_, lag_of(store_));
         SpeedForward forward(logs.front().speed_lag_s, logs.front().dt_s);
         begin(logs);
@@ -237,6 +249,7 @@ std::vector<Log> logs_to_monitor(const Options& options, std::vector<std::string
 {
     std::vector<Log> logs = read_logs(options.logs, options, true, notes, false, true);
     const auto store = options.store_file.empty() ? std::nullopt : read_store(options.store_file);
+    find_pole_pairs(logs, notes);
     bring_speed_forward(logs, true, notes, lag_of(store));
     return logs;
 }

@@ -222,6 +222,7 @@ private:
     void read_header()
     {
         if (options_.notes) options_.notes->insert(options_.notes->end(), machine_.notes.begin(), machine_.notes.end());
+        import_.even = options_.given.period_s.has_value();
         map_columns(import_, format_, machine_);
         has_ = import_.has();
         for (std::size_t c = 0; c < column_count; ++c) in_file_[c] = import_.columns[c].has_value();
@@ -247,7 +248,8 @@ private:
         const bool geared = std::any_of(import_.columns.begin(), import_.columns.end(), [](const auto& source) {
             return source && source->unit.find(" output") != std::string::npos;
         });
-        if (options_.given.period_s && !import_.row_period_s) note("--period changes nothing: the log has time");
+        if (options_.given.period_s && !import_.row_period_s)
+            note("--period changes nothing: this format has a time of its own");
         if (options_.given.gear && !geared) note("--gear changes nothing: no column is of an output shaft");
         if (options_.given.v_dc_V && link && !link->expression.fields.empty())
             note("--v-dc changes nothing: the log has the link's voltage");
@@ -382,8 +384,9 @@ private:
         if (stamps_.backward() * 10 > rows_in_file_)
             throw InputError(path_, stamps_.first_backward_line(),
                              fmt::format("{} of {} are not after the row before; expected time to increase from row to "
-                                         "row",
-                                         stamps_.backward(), counted(rows_in_file_, "stamp")));
+                                         "row{}",
+                                         stamps_.backward(), counted(rows_in_file_, "stamp"),
+                                         own_format() ? "; --period S takes rows that are even as S apart" : ""));
     }
 
     /// Of a pipe the window that makes the log.
@@ -418,12 +421,8 @@ private:
         if (rows_ == 0 && is_idle(row))
             return count_left_out(left_out_, "zeros before the first values", opening_.line_number());
         if (has_[col_t]) set_clock(row[col_t]);
-        if (has_[col_t] && !stamps_.take(row[col_t], opening_.line_number())) {
-            if (own_format() && !import_.gaps && !tail_)
-                refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", row[col_t],
-                                   stamps_.last_s()));
+        if (has_[col_t] && !stamps_.take(row[col_t], opening_.line_number()))
             return count_left_out(left_out_, "its stamp is not after the row before", opening_.line_number());
-        }
         if (has_[col_t] && !stamps_.finite())
             refuse(fmt::format("t_s jumps from {:g} to {:g}", stamps_.before_s(), row[col_t]));
         store_row(row);

@@ -224,6 +224,11 @@ void map_columns(Import& in, const Format& format, const MachineFile& machine)
     take_frame(in, col_i_d, col_i_q, machine.i_dq);
     take_frame(in, col_v_d, col_v_q, machine.v_dq);
     if (!in.columns[col_v_dc] && in.given.v_dc_V) in.take_si(col_v_dc, constant(*in.given.v_dc_V));
+    if (in.even && &format == &plain && in.columns[col_t]) {
+        in.notes.push_back(fmt::format("rows are taken {:g} s apart, whatever {} says", *in.given.period_s,
+                                       in.columns[col_t]->expression.text));
+        in.columns[col_t].reset();
+    }
     if (!in.columns[col_t] && !in.row_period_s) in.row_period_s = in.given.period_s;
     if (in.row_period_s && !in.columns[col_t]) {
         in.take_si(col_t, constant(0.0));

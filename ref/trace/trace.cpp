@@ -265,6 +265,18 @@ void say_rest(const TraceSetup& setup, const Point& at, std::vector<std::string>
             notes.push_back("dead time: " + loses_at_rest_text(stated_modulation(*setup.logs)));
 }
 
+/// Currents that are a whole row late are those of a log whose rows hold the voltage that acted until them.
+void say_row_late(const TraceEffect& e, const std::vector<Log>& logs, std::vector<std::string>& notes)
+{
+    constexpr double kPart = 0.1;  // of a period: no sensing is as late by chance
+    if (e.name != "sample_shift" || e.channel != "currents") return;
+    const double dt_s = logs.front().dt_s;
+    for (const Estimate& p : e.parameters)
+        if (p.name == "shift_s" && std::abs(p.value - dt_s) < kPart * dt_s)
+            notes.emplace_back("currents a row late: where a row's voltage acted until its stamp, voltage_interval = "
+                               "\"previous\" under [log] of the machine file says so, and no effect is left");
+}
+
 /// What of settled points' effects is in no parameter: by which law iron loses, in which order rows warmed.
 void say_settled(const TraceSetup& setup, const Point& at, std::vector<std::string>& notes)
 {
@@ -767,6 +779,7 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         e.confusable_with = s.found[k].confusable_with;
         e.confidence = confidence_of(s.found[k], share_of(before, result.after.heldout_rms, floor));
         if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
+        say_row_late(e, logs, result.notes);
         result.effects.push_back(e);
     }
     if (!s.found.empty() && is_beside_magnet(s.best.point))

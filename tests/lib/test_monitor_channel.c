@@ -216,6 +216,21 @@ static void test_what_is_surely_a_change(void)
                 NEAR(width * fmax(1, 2 * size), dqw_monitor_surely(&m, channel, 0.0f));
             }
         }
+    // Of a resistance and a gain it may be the other's, in the one's unit at the mean speed, either way round.
+    const double power[2] = {4.0, 360000.0};
+    const double size[2] = {0.02, 4e-5};
+    for (int k = 0; k < 2; k++) {
+        m.witness.power[DQW_WITNESS_RESISTANCE + k] = (float)power[k];
+        m.healthy.re[DQW_WITNESS_RESISTANCE + k] = 0.0f;
+        m.healthy.im[DQW_WITNESS_RESISTANCE + k] = (float)(k == 0 ? size[k] : -size[k]);
+    }
+    for (int way = -2; way <= 2; way++)
+        for (int k = 0; k < 2; k++) {
+            CASE("input %d, the speed's mean %d hundreds", k, way);
+            m.witness.across = (float)(power[0] * 100 * way);
+            const double speed = power[0] * 100 * abs(way) / power[k];
+            NEAR(2 * (size[k] + speed * size[1 - k]), dqw_monitor_surely(&m, DQW_WATCH_RESISTANCE + k, 0.0f));
+        }
 }
 
 // What would be an event: known in service alone, of a mean of twenty looks or more.

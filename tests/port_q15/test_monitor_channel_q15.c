@@ -237,6 +237,22 @@ static void test_what_is_surely_a_change(void)
                 BETWEEN(x - 3, (double)dqw_monitor_surely_q15(&m, channel, 0), x + 3);
             }
         }
+    // Of a resistance and a gain it may be the other's, in the one's unit at the mean speed, either way round.
+    const double power[2] = {0.2, 0.05};
+    const double size[2] = {0.11, 0.07};
+    for (int k = 0; k < 2; k++) {
+        m.witness.power_q52[DQW_WITNESS_RESISTANCE + k] = llrint(ldexp(power[k], 52));
+        m.healthy.re_q28[DQW_WITNESS_RESISTANCE + k] = 0;
+        m.healthy.im_q28[DQW_WITNESS_RESISTANCE + k] = (int32_t)lrint((k == 0 ? 1 : -1) * ldexp(size[k], 28));
+    }
+    for (int way = -4; way <= 4; way++)
+        for (int k = 0; k < 2; k++) {
+            CASE("input %d, the speed's mean %d tenths", k, way);
+            m.witness.across_q52 = llrint(ldexp(power[0] * 0.1 * way, 52));
+            const double speed = power[0] * 0.1 * abs(way) / power[k];
+            const double x = ldexp(2 * (size[k] + speed * size[1 - k]), 24);
+            BETWEEN(x - 6, (double)dqw_monitor_surely_q15(&m, DQW_WATCH_RESISTANCE + k, 0), x + 6);
+        }
     // Three times what segments scatter, where they are made.
     for (int follow = 0; follow < 2; follow++)
         for (int i = DQW_WATCH_R; i <= DQW_WATCH_ANGLE; i++)

@@ -282,7 +282,8 @@ static void an_angle_and_a_machine_file_are_no_must(void)
     const std::string angle = folder.write("angle.csv", some_columns(command::read_file(log), 7, all)),
                       bare = folder.write("bare.csv", some_columns(command::read_file(log), 6, all));
 
-    const Outcome first = monitor({angle, "--pole-pairs", "4", "--json", "--out", folder / "o"});
+    const Outcome first = monitor({angle, "--json", "--out", folder / "o"});
+    holds(first.err, "pole pairs found: 4, from the electrical angle");
     TEST_ASSERT_EQUAL_STRING("demagnetisation", one_event(first.out).at("fault").get<std::string>().c_str());
     holds(first.err, "R_ohm, Ld_H, Lq_H, psi_Wb not said: learning starts from the log's first 2 s");
     holds(first.err, "friction is not watched: no J_kgm2");

@@ -6,6 +6,8 @@
 #include <functional>
 #include <string>
 
+#include <fmt/format.h>
+
 #include "app/format/formats.hpp"
 #include "app/read/clock.hpp"
 #include "app/read/log_reader.hpp"
@@ -280,6 +282,31 @@ static void stamps_that_go_back_are_left_out_while_few(void)
     expect_refused(head + back, "[machine]\npole_pairs = 7\n", 3, "expected time to increase");
 }
 
+static void stamps_of_ones_own_names_are_no_stricter(void)
+{
+    const std::string head = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n", machine = "[machine]\npole_pairs = 4\n";
+    const auto rows_of = [](auto&& stamp) {
+        std::string text;
+        for (int k = 0; k < 100; ++k) text += fmt::format("{},1,2,{},1,{}\n", stamp(k), 0.1 * (k % 7), 100 + k);
+        return text;
+    };
+    const std::string once = head + rows_of([](int k) { return fmt::format("{:.4f}", 1e-4 * (k == 50 ? 49 : k)); });
+    const dqw::Log left = read(once, machine);
+    TEST_ASSERT_EQUAL_size_t(99, left.rows());
+    TEST_ASSERT_TRUE(noted("1 row left out, the first at line 52: its stamp is not after the row before"));
+    TEST_ASSERT_EQUAL_size_t(2, left.segments.size());
+    // Ten rows to a stamp: what an exporter that rounds to milliseconds leaves.
+    const std::string rounded = head + rows_of([](int k) { return fmt::format("{:.3f}", 1e-4 * k); });
+    expect_refused(rounded, machine, 3, "--period S takes rows that are even as S apart");
+    dqw::Given even;
+    even.period_s = 1e-4;
+    const dqw::Log log = read(rounded, machine, even);
+    TEST_ASSERT_EQUAL_size_t(100, log.rows());
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1e-4, log.dt_s);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 99e-4, log.t_s.back());
+    TEST_ASSERT_TRUE(noted("rows are taken 0.0001 s apart, whatever t_s says"));
+}
+
 static void voltages_of_another_file_are_joined_where_nothing_moves(void)
 {
     const command::Folder folder;
@@ -382,6 +409,7 @@ int main(void)
     RUN_TEST(a_wrong_unit_is_warned_of_with_the_line_that_corrects_it);
     RUN_TEST(a_format_nearly_there_says_what_differs);
     RUN_TEST(stamps_that_go_back_are_left_out_while_few);
+    RUN_TEST(stamps_of_ones_own_names_are_no_stricter);
     RUN_TEST(voltages_of_another_file_are_joined_where_nothing_moves);
     RUN_TEST(lost_messages_are_a_gap_by_their_counter);
     RUN_TEST(the_links_voltage_comes_from_the_file_beside_it);

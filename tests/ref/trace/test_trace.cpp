@@ -84,6 +84,22 @@ void pulses_within_a_period_have_no_name()
     only(traced("sensing.late_periods=0.05"), "sample_shift");
 }
 
+/// Rows that hold the voltage until them, in a log that does not say so: the key that reads it right is told.
+void a_voltage_of_the_row_before_is_told_its_key()
+{
+    std::vector<Log> logs = one_log("servo", {"method=rk4", "duration_s=1", "noise=0.003"});
+    const auto noted = [&logs] {
+        const TraceResult r = dqw::trace(logs);
+        return std::any_of(r.notes.begin(), r.notes.end(), [](const std::string& note) {
+            return note.find("voltage_interval = \"previous\"") != std::string::npos;
+        });
+    };
+    TEST_ASSERT_FALSE(noted());
+    for (std::vector<double>* v : {&logs[0].v_d_V, &logs[0].v_q_V})
+        std::rotate(v->rbegin(), v->rbegin() + 1, v->rend());
+    TEST_ASSERT_TRUE(noted());
+}
+
 /// Where a period is as long as a fifth of L/R, where the pulses stand in it bends the currents by more than noise: an
 /// inverter that rests its legs by turns has it turn about six times a turn, as an inverter's loss does. Without an angle
 /// that at the first row is found.
@@ -680,6 +696,7 @@ int main()
     RUN_TEST(clean_log_has_nothing);
     RUN_TEST(a_law_of_noisy_columns_is_not_named_as_a_shift);
     RUN_TEST(pulses_within_a_period_have_no_name);
+    RUN_TEST(a_voltage_of_the_row_before_is_told_its_key);
     RUN_TEST(pulses_of_a_long_period_have_no_name);
     RUN_TEST(offset_below_the_pulses_own_is_named);
     RUN_TEST(heat_below_the_pulses_own_is_named);
