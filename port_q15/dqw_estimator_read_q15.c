@@ -162,13 +162,13 @@ int64_t dqw_estimator_witness_q56(const dqw_estimator_q15 *e)
 static int64_t model_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l)
 {
     // Each in line with its own part of the input: what is fast of one that is slow, no less than so many stretches
-    // tell.
+    // tell, and a last place.
     const uint32_t alone_q31 = e->residual.alone_q31[weight];
     const uint32_t slow_q31 = e->residual.slow_alone_q31[weight];
     if (l->fast_q56 == 0 && l->slow_q56 == 0) return 0;
     if (alone_q31 == 0) return INT64_MAX;
     const uint32_t slowly_q31 = slow_q31 < alone_q31 ? slow_q31 : alone_q31;
-    const uint32_t told_q31 = (uint32_t)(((uint64_t)slowly_q31 * stretches_tell_q30(e)) >> 30);
+    const uint32_t told_q31 = (uint32_t)(((uint64_t)slowly_q31 * stretches_tell_q30(e)) >> 30) + 1u;
     const uint32_t quickly_q31 = told_q31 > alone_q31 - slowly_q31 ? told_q31 : alone_q31 - slowly_q31;
     // As much as twice all of the larger one: 2^49 by 2^32 by 2^-18
     const int64_t both_q69 = dqw_q_product64(l->slow_q56, slowly_q31, -18) +

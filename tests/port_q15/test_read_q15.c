@@ -230,6 +230,25 @@ static void test_when_a_voltage_acts(void)
     }
 }
 
+// An input of a few last places: how much of it is fast is no surer than one of them, whatever two means say.
+static void test_the_last_place_of_an_input(void)
+{
+    start(false);
+    e.blocks = 20000;
+    for (uint32_t alone = 1; alone < 40; alone += 3)
+        for (uint32_t slow = 0; slow < alone + 4; slow++) {
+            e.residual.alone_q31[DQW_LD] = alone;
+            e.residual.slow_alone_q31[DQW_LD] = slow;
+            const double fast2 = 1e-9;
+            const dqw_lasting_q15 l = {llrint(fast2 * Q56), 0, llrint(1e-7 * Q56)};
+            const double h = dqw_estimator_model_q28(&e, DQW_LD, &l) / Q28;
+            const double least = sqrt(fast2 * Q31) / alone;
+            const double most = least * sqrt(slow < alone ? fmax(alone - slow, 1 + 0.2 * slow) : 1 + 0.2 * alone);
+            CASE("%u last places, %u of them slow: %g", alone, slow, h);
+            BETWEEN(0.99 * least, h, 1.01 * most);
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -237,5 +256,6 @@ int main(void)
     RUN_TEST(test_stretches);
     RUN_TEST(test_what_needs_pole_pairs);
     RUN_TEST(test_when_a_voltage_acts);
+    RUN_TEST(test_the_last_place_of_an_input);
     return UNITY_END();
 }
