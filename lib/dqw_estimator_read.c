@@ -29,8 +29,9 @@
 #define STRETCH_S 0.03f
 #define STRETCH_LEAST 4.0f
 #define STRETCH_MOST 200.0f
-// Of what may stand in line with an input, what does.
+// Of what may stand in line with an input, what does; with that of an inductance, at right angles to the currents.
 #define MODEL_PART 0.4f
+#define MODEL_PART_L 0.25f
 // To so much an angle's law is off by 2 % of it.
 #define LAW_HOLDS_RAD 0.25f
 // Of what noise takes, where the answer may be any part of it; what is measured of it, at most so much.
@@ -154,7 +155,8 @@ static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l, ui
     const float model = dqw_estimator_model_pu(e, weight, l);
     if (!(model < DQW_UNKNOWN)) return DQW_UNKNOWN;
     const bool leans = e->config->observed && weight <= DQW_LQ;
-    const float part = leans ? model : MODEL_PART * model;
+    const float in_line = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART_L : MODEL_PART;
+    const float part = leans ? model : in_line * model;
     const float band = weight < DQW_FOLLOWED ? e->segment.band_pu[weight] : 0.0f;
     const float open = opened > 0 ? DQW_TOOK_BANDS * band / (float)opened : 0.0f;
     return sqrtf(part * part + band * (band < model ? band : model) + open * open) * dqw_estimator_unit(e, weight);

@@ -18,8 +18,10 @@
 #define LATE_SD_Q20 167772
 // Of what noise takes, where the answer may be any part of it; what is measured of it, at most so much: 0.58.
 #define ANSWER_PART_Q31 1245540516
-// Of what may stand in line with an input, what does: 0.4, squared.
+// Of what may stand in line with an input, what does: 0.4, squared; with that of an inductance, at right angles to the
+// currents, 0.25.
 #define MODEL_PART2_Q31 343597384
+#define MODEL_PART2_L_Q31 134217728
 #define MILLIONTH_Q32 4295u
 // To so much an angle's law is off by less than a hundredth of it: 0.25.
 #define LAW_HOLDS_Q40 274877906944
@@ -191,7 +193,8 @@ static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_last
     const int64_t model = model_q56(e, weight, l);
     if (model == INT64_MAX) return INT64_MAX;
     const bool leans = e->config->observed && weight <= DQW_LQ;
-    const int64_t part = leans ? model : dqw_q_product64(model, MODEL_PART2_Q31, -31);
+    const int32_t in_line_q31 = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART2_L_Q31 : MODEL_PART2_Q31;
+    const int64_t part = leans ? model : dqw_q_product64(model, in_line_q31, -31);
     int64_t band_q28 = weight < DQW_FOLLOWED ? e->segment.band_q28[weight] : 0;
 #if DQW_MAP_WEIGHTS > 0
     band_q28 = dqw_q31_sat(dqw_estimator_counted_q15(e, weight, band_q28, 1));

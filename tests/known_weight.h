@@ -27,6 +27,7 @@ typedef struct known_state {
 typedef struct known_weight {
     double w, cov, score2, lag, alone2, slow_alone2, band;
     bool learned, leans, in_q;  ///< an observer's angle leans with it; its voltage error counts on q
+    bool is_L;                  ///< an inductance
 } known_weight;
 
 typedef struct known_sd {
@@ -81,7 +82,7 @@ static inline double known_model2(const known_state *s, const known_weight *w, d
 static inline double known_hidden2(const known_state *s, const known_weight *w, double fast2, double slow2)
 {
     const double h2 = known_model2(s, w, fast2, slow2);
-    return (w->leans ? 1 : 0.16) * h2 + w->band * fmin(w->band, sqrt(h2));
+    return (w->leans ? 1 : w->is_L ? 0.0625 : 0.16) * h2 + w->band * fmin(w->band, sqrt(h2));
 }
 
 /// (E106): what an opening left open, as far as segments have not told it.

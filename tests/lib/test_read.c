@@ -91,6 +91,7 @@ static void test_deviations_are_the_equations(void)
             w[i].score2 = w[score].score2, w[i].lag = w[score].lag;
             e.score2[score] = (float)w[i].score2, e.score_lag[score] = (float)w[i].lag;
             w[i].leans = config.observed && i <= DQW_LQ;
+            w[i].is_L = i == DQW_LD || i == DQW_LQ;
             const bool quiet_q = fmax(s.error2[1], s.floor2) < fmax(s.error2[0], s.floor2);
             w[i].in_q = i == DQW_PSI || (i != DQW_PSI_Q && quiet_q);
             if (i >= N) w[i].band = 0;

@@ -108,6 +108,7 @@ static void test_deviations_are_the_equations(void)
             w[i].score2 = w[score].score2, w[i].lag = w[score].lag;
             e.score2_q68[score] = llrint(w[i].score2 * Q56), e.score_lag_q68[score] = llrint(w[i].lag * Q56);
             w[i].leans = config.observed && i <= DQW_LQ;
+            w[i].is_L = i == DQW_LD || i == DQW_LQ;
             const bool quiet_q = fmax(s.error2[1], s.floor2) < fmax(s.error2[0], s.floor2);
             w[i].in_q = i == DQW_PSI || (i != DQW_PSI_Q && quiet_q);
             take_weight(i, &w[i]);
