@@ -5,6 +5,9 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
+
+#include "app/base/text.hpp"
 
 namespace dqw {
 
@@ -53,6 +56,19 @@ void make_directory(const std::string& dir)
     if (!error && !std::filesystem::is_directory(dir, error) && !error)
         error = std::make_error_code(std::errc::not_a_directory);
     if (error) throw OutputError(fmt::format("{}: cannot be made a folder: {}", dir, error.message()));
+}
+
+OutputFolder::OutputFolder(std::string dir) : dir_(std::move(dir)) { make_directory(dir_); }
+
+void OutputFolder::write(const std::string& name, std::string_view text)
+{
+    written_.push_back(path_in(dir_, name));
+    write_file(written_.back(), text);
+}
+
+void OutputFolder::tell() const
+{
+    if (!written_.empty()) complain("note: wrote " + list(written_));
 }
 
 std::string path_in(const std::string& dir, const std::string& name)

@@ -35,6 +35,19 @@ private:
 /// Writes a whole file.
 void write_file(const std::string& path, std::string_view text);
 
+/// A command's folder. Made before the work, so that what cannot be written is said first; tells what it wrote.
+class OutputFolder {
+public:
+    explicit OutputFolder(std::string dir);
+    void write(const std::string& name, std::string_view text);
+    /// One note on stderr of all that was written; none where nothing was.
+    void tell() const;
+
+private:
+    std::string dir_;
+    std::vector<std::string> written_;
+};
+
 /// Creates `dir` and its parents where they are missing.
 void make_directory(const std::string& dir);
 

@@ -54,6 +54,7 @@ void write_canonical(const Log& log, const Survey& survey, const Options& option
     if (log.voltage_scale != MachineFile{}.voltage_scale)
         toml += fmt::format("voltage_scale = {}\n", log.voltage_scale);
     write_file(path_in(options.out_dir, stem + ".toml"), toml);
+    complain(fmt::format("note: wrote {0}.csv and {0}.toml", path_in(options.out_dir, stem)));
 }
 
 }  // namespace

@@ -19,18 +19,18 @@ int compare_command(const Options& options)
     if (maps) {
         const FluxMap first = read_flux_map(options.maps[0]), second = read_flux_map(options.maps[1]);
         const MapComparison c = compare_maps(first, second);
-        make_directory(options.out_dir);
-        write_file(path_in(options.out_dir, "compare.html"),
-                   maps_page({options.maps[0], options.maps[1]}, first, second));
+        OutputFolder folder(options.out_dir);
+        folder.write("compare.html", maps_page({options.maps[0], options.maps[1]}, first, second));
+        folder.tell();
         print(options.json ? json_text(compare_maps_json(c)) : compare_maps_text(c));
         return exit_done;
     }
     ToCompare what = log_to_compare(options);
-    // What cannot be written is said before the work, not after.
-    make_directory(options.out_dir);
+    OutputFolder folder(options.out_dir);
     const Comparison c = compare_log(std::move(what), options);
-    write_file(path_in(options.out_dir, "compare.html"), compare_page(c));
+    folder.write("compare.html", compare_page(c));
     print_notes(c.notes);
+    folder.tell();
     print(options.json ? json_text(compare_json(c)) : compare_text(c));
     const bool known = c.single.not_identifiable.empty() && c.fixed.not_identifiable.empty() &&
                        c.reference.not_identifiable.empty();

@@ -1,5 +1,7 @@
 #include "app/cmd/monitor.hpp"
 
+#include <optional>
+
 #include "app/base/output.hpp"
 #include "app/job/logs.hpp"
 #include "app/job/monitor.hpp"
@@ -9,16 +11,15 @@ namespace dqw {
 
 namespace {
 
-Monitored watched(const Options& options, const MonitorListener& listener)
+Monitored watched(const Options& options, const MonitorListener& listener, std::optional<OutputFolder>& folder)
 {
-    // What cannot be written is said before the work, not after.
     if (options.logs.front() == "-") {
-        make_directory(options.out_dir);
+        folder.emplace(options.out_dir);
         return monitor_pipe(options, listener);
     }
     std::vector<std::string> notes;
     const std::vector<Log> logs = logs_to_monitor(options, notes);
-    make_directory(options.out_dir);
+    folder.emplace(options.out_dir);
     return monitor_logs(logs, options, notes, listener);
 }
 
@@ -31,9 +32,11 @@ int monitor_command(const Options& options)
     MonitorListener listener;
     listener.notes = print_notes;
     listener.event = [&](const MonitorEvent& event) { print(options.json ? event_json(event) : event_text(event)); };
-    const Monitored done = watched(options, listener);
-    if (!done.q15_header.empty()) write_file(path_in(options.out_dir, "dqw_q15_monitor.h"), done.q15_header);
-    write_file(path_in(options.out_dir, "monitor.html"), monitor_page(done.report));
+    std::optional<OutputFolder> folder;
+    const Monitored done = watched(options, listener, folder);
+    if (!done.q15_header.empty()) folder->write("dqw_q15_monitor.h", done.q15_header);
+    folder->write("monitor.html", monitor_page(done.report));
+    folder->tell();
     print(options.json ? sensitivity_json(done.report.run) : monitor_text(done.report.run));
     return exit_done;
 }

@@ -15,22 +15,22 @@
 namespace dqw {
 namespace {
 
-void write_q15_config(const std::vector<Log>& logs, TraceReport& report, const Options& options)
+void write_q15_config(const std::vector<Log>& logs, TraceReport& report, OutputFolder& folder)
 {
     try {
-        write_file(path_in(options.out_dir, "dqw_q15_config.h"),
-                   q15_config_text(logs, report.trace.after.parameters, learnable(report.trace.inputs)));
+        folder.write("dqw_q15_config.h",
+                     q15_config_text(logs, report.trace.after.parameters, learnable(report.trace.inputs)));
     } catch (const std::invalid_argument& error) {
         report.trace.notes.push_back(std::string("no dqw_q15_config.h: ") + error.what());
     }
 }
 
-void write_flux_map(const TraceResult& trace, const Options& options)
+void write_flux_map(const TraceResult& trace, OutputFolder& folder)
 {
     if (trace.map.empty()) return;
-    write_file(path_in(options.out_dir, "flux_map.csv"), flux_map_csv(trace.map));
+    folder.write("flux_map.csv", flux_map_csv(trace.map));
     if (const double p = pole_pairs_of(trace); p > 0.0 && !mtpa(trace.map, p).empty())
-        write_file(path_in(options.out_dir, "mtpa.csv"), mtpa_csv(trace.map, p));
+        folder.write("mtpa.csv", mtpa_csv(trace.map, p));
 }
 
 }  // namespace
@@ -39,16 +39,16 @@ int trace_command(const Options& options)
 {
     std::vector<std::string> notes;
     const std::vector<Log> logs = logs_to_trace(options, notes);
-    // What cannot be written is said before the work, not after.
-    make_directory(options.out_dir);
+    OutputFolder folder(options.out_dir);
     TraceReport report = trace_logs(logs, options, notes);
     const std::string json = json_text(trace_json(report));
-    write_file(path_in(options.out_dir, "trace.json"), json);
-    write_file(path_in(options.out_dir, "report.html"), report_page(report));
-    write_file(path_in(options.out_dir, "dqw_model_config.h"), model_config_text(report.trace, report.logs));
-    write_flux_map(report.trace, options);
-    if (report.trace.regime != Regime::mechanical) write_q15_config(logs, report, options);
+    folder.write("trace.json", json);
+    folder.write("report.html", report_page(report));
+    folder.write("dqw_model_config.h", model_config_text(report.trace, report.logs));
+    write_flux_map(report.trace, folder);
+    if (report.trace.regime != Regime::mechanical) write_q15_config(logs, report, folder);
     print_notes(report.trace.notes);
+    folder.tell();
     print(options.json ? json : trace_text(report));
     return exit_done;
 }

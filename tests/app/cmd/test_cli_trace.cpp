@@ -136,6 +136,8 @@ static void the_text_says_it_in_a_sentence(void)
     for (const char* part : {" V in d, ", "(voltage offset)", "explained: dynamic, 4000 rows", "noise floor",
                              "learners in firmware", "v_q_V", "not taken"})
         TEST_ASSERT_TRUE_MESSAGE(run.out.find(part) != std::string::npos, part);
+    const std::string wrote = "note: wrote " + folder / "o/trace.json" + ", " + (folder / "o/report.html") + ", ";
+    TEST_ASSERT_TRUE_MESSAGE(run.err.find(wrote) != std::string::npos, run.err.c_str());
 }
 
 /// Firmware has no clock for heat that goes with time: the current that warms is null, and what reads the answer says why
