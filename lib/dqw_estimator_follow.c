@@ -172,7 +172,7 @@ static void open(dqw_estimator *e, int changed, const float wide_pu[], const flo
 {
     const dqw_lasting *calm = &e->calm;
     e->segment.since = 1;
-    for (int k = 0; k < 3; k++) e->lasting_pu2[k] = calm->fast_pu2;
+    for (int k = 0; k < 2; k++) e->lasting_pu2[k] = calm->fast_pu2;
     e->slow_pu2 = calm->slow_pu2;
     for (int axis = 0; axis < 2; axis++)
         if (e->error_pu2[axis] > calm->all_pu2) e->error_pu2[axis] = calm->all_pu2;

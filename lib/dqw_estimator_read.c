@@ -113,18 +113,25 @@ int dqw_estimator_stretch(const dqw_estimator *e)
     return blocks < STRETCH_LEAST ? (int)STRETCH_LEAST : blocks > STRETCH_MOST ? (int)STRETCH_MOST : (int)blocks;
 }
 
+static bool knows_what_lasts(const dqw_estimator *e)
+{
+    return !e->config->settled && e->blocks > DQW_LASTING_FROM;
+}
+
+static float lasting_noise(const dqw_estimator *e, float all_pu2)
+{
+    return LASTING_NOISE * all_pu2 * sqrtf(dqw_lasting_part(e, 1.0f));
+}
+
 dqw_lasting dqw_estimator_lasting(const dqw_estimator *e)
 {
     // [READ.3] what lasts of the residual, above what noise makes of so many products
     const float all = dqw_estimator_common_variance(e);
     dqw_lasting l = {0.0f, 0.0f, all};
-    if (e->config->settled || e->blocks <= DQW_LASTING_FROM) return l;
+    if (!knows_what_lasts(e)) return l;
     const float two = fabsf(e->lasting_pu2[0]);
     const float three = fabsf(e->lasting_pu2[1]);
-    const float anyway = two > three ? two : three;
-    const float turning = e->lasting_pu2[2];
-    const float noise = LASTING_NOISE * all * sqrtf(dqw_lasting_part(e, 1.0f));
-    l.fast_pu2 = dqw_noise_variance((turning > anyway ? turning : anyway) - noise);
+    l.fast_pu2 = dqw_noise_variance((two > three ? two : three) - lasting_noise(e, all));
     const float n = (float)dqw_estimator_stretch(e);
     l.slow_pu2 = dqw_noise_variance(e->slow_pu2 - SLOW_NOISE * all / n * sqrtf(dqw_lasting_part(e, n)));
     return l;
@@ -150,12 +157,11 @@ float dqw_estimator_model_pu(const dqw_estimator *e, int weight, const dqw_lasti
 
 // Half a lasting error's size, or its scatter between segments where that is known: what no residual shows; and what an
 // opening so many segments ago has left open, of one operating point as much as segments scatter. (E106)
-static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l, uint16_t opened)
+static float hidden(const dqw_estimator *e, int weight, const dqw_lasting *l, float in_line, uint16_t opened)
 {
     const float model = dqw_estimator_model_pu(e, weight, l);
     if (!(model < DQW_UNKNOWN)) return DQW_UNKNOWN;
     const bool leans = e->config->observed && weight <= DQW_LQ;
-    const float in_line = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART_L : MODEL_PART;
     const float part = leans ? model : in_line * model;
     const float band = weight < DQW_FOLLOWED ? e->segment.band_pu[weight] : 0.0f;
     const float open = opened > 0 ? DQW_TOOK_BANDS * band / (float)opened : 0.0f;
@@ -216,9 +222,12 @@ static float of_answer(const dqw_estimator *e, int weight)
 
 float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 {
-    const dqw_lasting now = dqw_estimator_lasting(e);
+    dqw_lasting now = dqw_estimator_lasting(e);
+    const float turns_pu2 = e->lasting_pu2[2] - lasting_noise(e, now.all_pu2);
+    if (knows_what_lasts(e) && turns_pu2 > now.fast_pu2) now.fast_pu2 = turns_pu2;
+    const float in_line = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART_L : MODEL_PART;
     const float unseen = with(with(of_voltage(e, weight), of_scale(e, weight)), of_answer(e, weight));
-    const float hides = hidden(e, weight, &now, e->opened > 0 ? e->segment.since : 0);
+    const float hides = hidden(e, weight, &now, in_line, e->opened > 0 ? e->segment.since : 0);
     return with(with(dqw_estimator_noise_sd(e, weight), hides), unseen);
 }
 
@@ -230,7 +239,7 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight)
 float dqw_estimator_sd_since(const dqw_estimator *e, int weight, uint16_t since)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
-    const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now, 0);
+    const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now, MODEL_PART, 0);
     const float met = 1.0f + (float)since;
     return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);
 }

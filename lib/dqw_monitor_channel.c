@@ -129,14 +129,14 @@ float dqw_monitor_ripple(const float re[], const float im[], int channel)
 }
 
 // What a healthy ripple may be another time: a resistance and a reactance share theirs while the speed stays, and either
-// may be the other's. (E63)
+// may be the other's, where that stands. (E63)
 static float ripple_shared(const dqw_monitor *m, int channel)
 {
     const float own = dqw_monitor_ripple(m->healthy.re, m->healthy.im, channel);
     if (channel != DQW_WATCH_RESISTANCE && channel != DQW_WATCH_REACTANCE) return own;
     const int other = channel == DQW_WATCH_RESISTANCE ? DQW_WATCH_REACTANCE : DQW_WATCH_RESISTANCE;
     const float power = m->witness.power[channel - DQW_WATCH_OFFSET];
-    if (!(power > 0.0f)) return own;
+    if (!(power > 0.0f) || m->watch.looks[other] < DQW_WATCH_LOOKS_LEAST) return own;
     return own + fabsf(m->witness.across) / power * dqw_monitor_ripple(m->healthy.re, m->healthy.im, other);
 }
 

@@ -324,7 +324,7 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
 {
     dqw_residual_q15 *k = &e->residual;
     e->segment.since = 1;
-    for (int m = 0; m < 3; m++) k->lasting_q38[m] = dqw_q31_sat(dqw_q_floor64(calm->fast_q56, 18));
+    for (int m = 0; m < 2; m++) k->lasting_q38[m] = dqw_q31_sat(dqw_q_floor64(calm->fast_q56, 18));
     k->slow_q38 = dqw_q31_sat(dqw_q_floor64(calm->slow_q56, 18));
     for (int axis = 0; axis < 2; axis++)
         if (e->error_q56[axis] > calm->all_q56) e->error_q56[axis] = calm->all_q56;

@@ -119,21 +119,27 @@ static uint32_t stretches_tell_q30(const dqw_estimator_q15 *e)
     return dqw_q_root64((uint64_t)dqw_lasting_part_q30(e, dqw_estimator_stretch_q15(e)) << 30);
 }
 
+static bool knows_what_lasts(const dqw_estimator_q15 *e)
+{
+    return !e->config->settled && e->blocks > DQW_LASTING_FROM_Q15;
+}
+
+// Two deviations of the mean of a block's four products of white errors, whose neighbours overlap: 1.2, squared.
+static int64_t lasting_noise_q56(const dqw_estimator_q15 *e, int64_t all_q56)
+{
+    const uint32_t parts_q30 = (uint32_t)dqw_lasting_part_q30(e, 1) / 25u * 36u;
+    return dqw_q_product64(all_q56, dqw_q_root64((uint64_t)parts_q30 << 30), -30);
+}
+
 dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
 {
     // [READ.3] what lasts of the residual, above what noise makes of so many products
     const int64_t all_q56 = dqw_estimator_common_variance_q56(e);
     dqw_lasting_q15 l = {0, 0, all_q56};
-    if (e->config->settled || e->blocks <= DQW_LASTING_FROM_Q15) return l;
-    int64_t most_q38 = e->residual.lasting_q38[2];
-    for (int m = 0; m < 2; m++) {
-        const int64_t size_q38 = dqw_q_size64(e->residual.lasting_q38[m]);
-        if (size_q38 > most_q38) most_q38 = size_q38;
-    }
-    // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap: 1.2, squared.
-    const uint32_t parts_q30 = (uint32_t)dqw_lasting_part_q30(e, 1) / 25u * 36u;
-    const int64_t noise = dqw_q_product64(all_q56, dqw_q_root64((uint64_t)parts_q30 << 30), -30);
-    const int64_t fast_q56 = most_q38 * 262144 - noise;
+    if (!knows_what_lasts(e)) return l;
+    const int64_t two = dqw_q_size64(e->residual.lasting_q38[0]);
+    const int64_t three = dqw_q_size64(e->residual.lasting_q38[1]);
+    const int64_t fast_q56 = (two > three ? two : three) * 262144 - lasting_noise_q56(e, all_q56);
     if (fast_q56 > 0) l.fast_q56 = fast_q56;
     // The same of a stretch's two, whose blocks overlap: 1.5.
     const int64_t of_stretch_q56 = dqw_q_quotient64(dqw_q_product64(all_q56, 3, -1), dqw_estimator_stretch_q15(e), 0);
@@ -188,12 +194,12 @@ int32_t dqw_estimator_model_q28(const dqw_estimator_q15 *e, int weight, const dq
 
 // Half a lasting error's size, or its scatter between segments where that is known, squared: what no residual shows;
 // and what an opening so many segments ago has left open, of one operating point as much as segments scatter. (E106)
-static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l, uint16_t opened)
+static int64_t hidden_q56(const dqw_estimator_q15 *e, int weight, const dqw_lasting_q15 *l, int32_t in_line_q31,
+                          uint16_t opened)
 {
     const int64_t model = model_q56(e, weight, l);
     if (model == INT64_MAX) return INT64_MAX;
     const bool leans = e->config->observed && weight <= DQW_LQ;
-    const int32_t in_line_q31 = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART2_L_Q31 : MODEL_PART2_Q31;
     const int64_t part = leans ? model : dqw_q_product64(model, in_line_q31, -31);
     int64_t band_q28 = weight < DQW_FOLLOWED ? e->segment.band_q28[weight] : 0;
 #if DQW_MAP_WEIGHTS > 0
@@ -258,8 +264,11 @@ static int64_t of_answer_q56(const dqw_estimator_q15 *e, int weight)
 
 static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
 {
-    const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-    const int64_t hides = hidden_q56(e, weight, &now, e->residual.opened > 0 ? e->segment.since : 0);
+    dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
+    const int64_t turns_q56 = (int64_t)e->residual.lasting_q38[2] * 262144 - lasting_noise_q56(e, now.all_q56);
+    if (knows_what_lasts(e) && turns_q56 > now.fast_q56) now.fast_q56 = turns_q56;
+    const int32_t in_line_q31 = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART2_L_Q31 : MODEL_PART2_Q31;
+    const int64_t hides = hidden_q56(e, weight, &now, in_line_q31, e->residual.opened > 0 ? e->segment.since : 0);
     const int64_t more = of_voltage_q56(e, weight);
     if (hides == INT64_MAX || more == INT64_MAX) return INT64_MAX;
     return sum_q56(sum_q56(hides, more), e->config->settled ? 0 : of_answer_q56(e, weight));
@@ -275,7 +284,7 @@ int32_t dqw_estimator_sd_since_q24(const dqw_estimator_q15 *e, int weight, uint1
     const int64_t noise = noise_q56(e, weight);
     if (noise == INT64_MAX) return INT32_MAX;
     const dqw_lasting_q15 lasts = e->segment.segments > 0 ? dqw_estimator_calm_q15(e) : dqw_estimator_lasting_q15(e);
-    const int64_t hides = hidden_q56(e, weight, &lasts, 0);
+    const int64_t hides = hidden_q56(e, weight, &lasts, MODEL_PART2_Q31, 0);
     const int64_t met = 1 + (int64_t)since;
     return root_q24(e, weight, hides == INT64_MAX ? INT64_MAX : sum_q56(noise, dqw_q_quotient64(hides, met, 0)));
 }

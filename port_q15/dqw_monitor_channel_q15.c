@@ -150,12 +150,13 @@ int32_t dqw_monitor_ripple_q24(const int32_t re_q28[], const int32_t im_q28[], i
 }
 
 // What a healthy ripple may be another time: a resistance and a reactance share theirs while the speed stays, and either
-// may be the other's. (E63)
+// may be the other's, where that stands. (E63)
 static int64_t ripple_shared_q24(const dqw_monitor_q15 *m, int channel)
 {
     const int32_t own = dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, channel);
     if (channel != DQW_WATCH_RESISTANCE && channel != DQW_WATCH_REACTANCE) return own;
     const int other = channel == DQW_WATCH_RESISTANCE ? DQW_WATCH_REACTANCE : DQW_WATCH_RESISTANCE;
+    if (m->watch.looks[other] < DQW_WATCH_LOOKS_LEAST) return own;
     const int64_t power_q52 = m->witness.power_q52[channel - DQW_WATCH_OFFSET];
     const int32_t part_q24 = dqw_q_quotient32(dqw_q_size64(m->witness.across_q52), power_q52, 24);
     return own + dqw_q_times64(part_q24, dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, other), -24);

@@ -63,9 +63,14 @@ static inline void known_lasting(const known_state *s, double *fast2, double *sl
     *fast2 = *slow2 = 0;
     if (s->settled || s->blocks <= 50) return;
     const double N = s->stretch;
-    *fast2 = fmax(0, fmax(s->lasting2[2], fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1]))) -
-                         1.2 * known_common(s) * sqrt(known_part(s, 1)));
+    *fast2 = fmax(0, fmax(fabs(s->lasting2[0]), fabs(s->lasting2[1])) - 1.2 * known_common(s) * sqrt(known_part(s, 1)));
     *slow2 = fmax(0, s->slow2 - 1.5 * known_common(s) / N * sqrt(known_part(s, N)));
+}
+
+/// The same of what turns six times with the rotor: of a value alone.
+static inline double known_turning(const known_state *s)
+{
+    return s->settled || s->blocks <= 50 ? 0 : s->lasting2[2] - 1.2 * known_common(s) * sqrt(known_part(s, 1));
 }
 
 /// h^2 of (E103).
@@ -79,10 +84,10 @@ static inline double known_model2(const known_state *s, const known_weight *w, d
 }
 
 /// (E106)
-static inline double known_hidden2(const known_state *s, const known_weight *w, double fast2, double slow2)
+static inline double known_hidden2(const known_state *s, const known_weight *w, double fast2, double slow2, double part)
 {
     const double h2 = known_model2(s, w, fast2, slow2);
-    return (w->leans ? 1 : w->is_L ? 0.0625 : 0.16) * h2 + w->band * fmin(w->band, sqrt(h2));
+    return (w->leans ? 1 : part * part) * h2 + w->band * fmin(w->band, sqrt(h2));
 }
 
 /// (E106): what an opening left open, as far as segments have not told it.
@@ -107,9 +112,10 @@ static inline known_sd known_of(const known_state *s, const known_weight *w)
     known_lasting(s, &fast2, &slow2);
     const double noise2 = known_noise2(s, w);
     const bool calm = s->segments > 0;
-    const double then2 = known_hidden2(s, w, calm ? s->calm_fast2 : fast2, calm ? s->calm_slow2 : slow2);
+    const double then2 = known_hidden2(s, w, calm ? s->calm_fast2 : fast2, calm ? s->calm_slow2 : slow2, 0.4);
     const double scale2 = pow(s->voltage_scale * w->w, 2);
-    const double now2 = known_hidden2(s, w, fast2, slow2) + known_opened2(s, w);
+    const double value2 = known_hidden2(s, w, fmax(fast2, known_turning(s)), slow2, w->is_L ? 0.25 : 0.4);
+    const double now2 = value2 + known_opened2(s, w);
     const known_sd sd = {sqrt(noise2), sqrt(noise2 + then2 / (1 + s->since)),
                          sqrt(noise2 + now2 + known_voltage2(s, w) + scale2)};
     return sd;

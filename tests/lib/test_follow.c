@@ -275,7 +275,7 @@ static void test_a_change_opens(void)
         HOLDS(e.opened == (k % 7 == 0 ? UINT8_MAX : 6) && e.segment.since == 1);
         HOLDS(e.opened_since == (e.segment.agreed ? 2000u : 3000u));
         HOLDS(e.lasting_pu2[0] == e.calm.fast_pu2 && e.lasting_pu2[1] == e.calm.fast_pu2 &&
-              e.lasting_pu2[2] == e.calm.fast_pu2 && e.slow_pu2 == e.calm.slow_pu2);
+              e.lasting_pu2[2] == before.lasting_pu2[2] && e.slow_pu2 == e.calm.slow_pu2);
         for (int a = 0; a < 2; a++) HOLDS(e.error_pu2[a] == fminf(before.error_pu2[a], e.calm.all_pu2));
         // All that the segment knew is this weight's error.
         for (int i = 0; i < N; i++) {

@@ -227,8 +227,11 @@ static void test_what_is_surely_a_change(void)
     for (int way = -2; way <= 2; way++)
         for (int k = 0; k < 2; k++) {
             CASE("input %d, the speed's mean %d hundreds", k, way);
+            const bool stands = way != 1;
+            m.watch.looks[DQW_WATCH_RESISTANCE] = m.watch.looks[DQW_WATCH_REACTANCE] = 30;
+            if (!stands) m.watch.looks[DQW_WATCH_REACTANCE - k] = 19;
             m.witness.across = (float)(power[0] * 100 * way);
-            const double speed = power[0] * 100 * abs(way) / power[k];
+            const double speed = stands ? power[0] * 100 * abs(way) / power[k] : 0;
             NEAR(2 * (size[k] + speed * size[1 - k]), dqw_monitor_surely(&m, DQW_WATCH_RESISTANCE + k, 0.0f));
         }
 }

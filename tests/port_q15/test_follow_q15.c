@@ -307,7 +307,7 @@ static void test_a_change_opens(void)
         opened++;
         HOLDS(e.residual.opened == (k % 7 == 0 ? UINT8_MAX : 6) && e.segment.since == 1);
         HOLDS(e.residual.opened_since == (e.segment.agreed ? 2000u : 3000u));
-        for (int m = 0; m < 3; m++) near_to(calm_of(0), e.residual.lasting_q38[m] / Q38, 1e-10, "lasts");
+        for (int m = 0; m < 2; m++) near_to(calm_of(0), e.residual.lasting_q38[m] / Q38, 1e-10, "lasts");
         near_to(calm_of(1), e.residual.slow_q38 / Q38, 1e-10, "lasts, slow");
         for (int a = 0; a < 2; a++)
             near_to(fmin((double)before.error_q56[a] / Q56, calm_of(2)), (double)e.error_q56[a] / Q56, 1e-10, "error");

@@ -248,8 +248,11 @@ static void test_what_is_surely_a_change(void)
     for (int way = -4; way <= 4; way++)
         for (int k = 0; k < 2; k++) {
             CASE("input %d, the speed's mean %d tenths", k, way);
+            const bool stands = way != 3;
+            m.watch.looks[DQW_WATCH_RESISTANCE] = m.watch.looks[DQW_WATCH_REACTANCE] = 30;
+            if (!stands) m.watch.looks[DQW_WATCH_REACTANCE - k] = 19;
             m.witness.across_q52 = llrint(ldexp(power[0] * 0.1 * way, 52));
-            const double speed = power[0] * 0.1 * abs(way) / power[k];
+            const double speed = stands ? power[0] * 0.1 * abs(way) / power[k] : 0;
             const double x = ldexp(2 * (size[k] + speed * size[1 - k]), 24);
             BETWEEN(x - 6, (double)dqw_monitor_surely_q15(&m, DQW_WATCH_RESISTANCE + k, 0), x + 6);
         }
