@@ -89,7 +89,9 @@ void a_voltage_of_the_row_before_is_told_its_key()
 {
     std::vector<Log> logs = one_log("servo", {"seed=60559"});
     const auto noted = [&logs] {
-        const TraceResult r = dqw::trace(logs);
+        dqw::TraceOptions options;
+        options.effects = {"sample_shift"};
+        const TraceResult r = dqw::trace(logs, options);
         return std::any_of(r.notes.begin(), r.notes.end(), [](const std::string& note) {
             return note.find("voltage_interval = \"previous\"") != std::string::npos;
         });
