@@ -168,6 +168,14 @@ void dqw_estimator_turn_block(const dqw_estimator *e, dqw_estimator_block *b);
 #define dqw_estimator_turn_on DQW_SIZED(dqw_estimator_turn_on)
 void dqw_estimator_turn_on(dqw_estimator *e);
 
+/// Sign of cos(12 a), where a half turns by the angle a: of what turns six times with the rotor, blocks two halves apart
+/// have products of this sign. advance: cosine and sine of a, of any length; 0: both are 0.
+///
+/// Source   (E103) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_sixfold DQW_SIZED(dqw_estimator_sixfold)
+int dqw_estimator_sixfold(const float advance[2]);
+
 /// What lasts of the residual after this block's rows, and what of each input no other one explains after one row:
 /// k[] is its gain, `seen` the part of its error that was known of it. (E103)
 #define dqw_estimator_keep_lasting DQW_SIZED(dqw_estimator_keep_lasting)

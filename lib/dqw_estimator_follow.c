@@ -145,6 +145,7 @@ static void keep_calm(dqw_estimator *e)
     dqw_lasting *calm = &e->calm;
     calm->fast_pu2 = calmer(calm->fast_pu2, now.fast_pu2, calm->all_pu2, first);
     calm->slow_pu2 = calmer(calm->slow_pu2, now.slow_pu2, calm->all_pu2, first);
+    calm->turning_pu2 = calmer(calm->turning_pu2, now.turning_pu2, calm->all_pu2, first);
     calm->all_pu2 = calmer(calm->all_pu2, now.all_pu2, 0.0f, first);
 }
 
@@ -173,6 +174,7 @@ static void open(dqw_estimator *e, int changed, const float wide_pu[], const flo
     const dqw_lasting *calm = &e->calm;
     e->segment.since = 1;
     for (int k = 0; k < 2; k++) e->lasting_pu2[k] = calm->fast_pu2;
+    e->lasting_pu2[2] = calm->turning_pu2;
     e->slow_pu2 = calm->slow_pu2;
     for (int axis = 0; axis < 2; axis++)
         if (e->error_pu2[axis] > calm->all_pu2) e->error_pu2[axis] = calm->all_pu2;

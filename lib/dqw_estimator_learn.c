@@ -252,13 +252,14 @@ static void publish(dqw_estimator *e, const dqw_estimator_block *b)
     *(volatile bool *)&e->given_ready = true;
 }
 
-// Of what turns six times with the rotor blocks two halves apart have a product of this sign. (E103)
-static int sixfold(const float advance[2])
+int dqw_estimator_sixfold(const float advance[2])
 {
-    const float c = advance[0];
-    if (c == 0.0f && advance[1] == 0.0f) return 0;
-    const float c3 = c * (4.0f * c * c - 3.0f);
-    const float c6 = 2.0f * c3 * c3 - 1.0f;
+    const float c = advance[0] * advance[0];
+    const float s = advance[1] * advance[1];
+    if (!(c + s > 0.0f)) return 0;
+    // As long as a sensor's amplitude makes them.
+    const float c2 = (c - s) / (c + s);
+    const float c6 = c2 * (4.0f * c2 * c2 - 3.0f);
     return 2.0f * c6 * c6 > 1.0f ? 1 : -1;
 }
 
@@ -290,7 +291,7 @@ bool dqw_estimator_take(dqw_estimator *e, dqw_estimator_block *b)
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
     const float advance[2] = {h.cosine * e->rise_cosine + h.sine * e->rise_sine,
                               h.sine * e->rise_cosine - h.cosine * e->rise_sine};
-    b->sixfold = sixfold(advance);
+    b->sixfold = dqw_estimator_sixfold(advance);
     e->rise_cosine = h.cosine;
     e->rise_sine = h.sine;
     e->rise_v_V[0] = v_V[0];

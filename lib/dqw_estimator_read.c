@@ -113,25 +113,17 @@ int dqw_estimator_stretch(const dqw_estimator *e)
     return blocks < STRETCH_LEAST ? (int)STRETCH_LEAST : blocks > STRETCH_MOST ? (int)STRETCH_MOST : (int)blocks;
 }
 
-static bool knows_what_lasts(const dqw_estimator *e)
-{
-    return !e->config->settled && e->blocks > DQW_LASTING_FROM;
-}
-
-static float lasting_noise(const dqw_estimator *e, float all_pu2)
-{
-    return LASTING_NOISE * all_pu2 * sqrtf(dqw_lasting_part(e, 1.0f));
-}
-
 dqw_lasting dqw_estimator_lasting(const dqw_estimator *e)
 {
     // [READ.3] what lasts of the residual, above what noise makes of so many products
     const float all = dqw_estimator_common_variance(e);
-    dqw_lasting l = {0.0f, 0.0f, all};
-    if (!knows_what_lasts(e)) return l;
+    dqw_lasting l = {0.0f, 0.0f, all, 0.0f};
+    if (e->config->settled || e->blocks <= DQW_LASTING_FROM) return l;
     const float two = fabsf(e->lasting_pu2[0]);
     const float three = fabsf(e->lasting_pu2[1]);
-    l.fast_pu2 = dqw_noise_variance((two > three ? two : three) - lasting_noise(e, all));
+    const float noise = LASTING_NOISE * all * sqrtf(dqw_lasting_part(e, 1.0f));
+    l.fast_pu2 = dqw_noise_variance((two > three ? two : three) - noise);
+    l.turning_pu2 = dqw_noise_variance(e->lasting_pu2[2] - noise);
     const float n = (float)dqw_estimator_stretch(e);
     l.slow_pu2 = dqw_noise_variance(e->slow_pu2 - SLOW_NOISE * all / n * sqrtf(dqw_lasting_part(e, n)));
     return l;
@@ -223,8 +215,7 @@ static float of_answer(const dqw_estimator *e, int weight)
 float dqw_estimator_sd_value(const dqw_estimator *e, int weight)
 {
     dqw_lasting now = dqw_estimator_lasting(e);
-    const float turns_pu2 = e->lasting_pu2[2] - lasting_noise(e, now.all_pu2);
-    if (knows_what_lasts(e) && turns_pu2 > now.fast_pu2) now.fast_pu2 = turns_pu2;
+    if (now.turning_pu2 > now.fast_pu2) now.fast_pu2 = now.turning_pu2;
     const float in_line = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART_L : MODEL_PART;
     const float unseen = with(with(of_voltage(e, weight), of_scale(e, weight)), of_answer(e, weight));
     const float hides = hidden(e, weight, &now, in_line, e->opened > 0 ? e->segment.since : 0);

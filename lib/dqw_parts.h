@@ -31,10 +31,10 @@ typedef struct dqw_noise {
     uint8_t held;
 } dqw_noise;
 
-/// What of the residual lasts, per unit, squared: two and three blocks later, from one stretch to the next; and all of
-/// it.
+/// What of the residual lasts, per unit, squared: two and three blocks later, from one stretch to the next; all of it;
+/// and what turns six times with the rotor.
 typedef struct dqw_lasting {
-    float fast_pu2, slow_pu2, all_pu2;
+    float fast_pu2, slow_pu2, all_pu2, turning_pu2;
 } dqw_lasting;
 
 /// What a segment of driving says of each weight (dqw_segment.h).

@@ -299,7 +299,7 @@ int32_t dqw_estimator_sd_since_q24(const dqw_estimator_q15 *e, int weight, uint1
 
 /// What of the residual lasts, squared: two and three blocks later, from one stretch to the next; and all of it.
 typedef struct dqw_lasting_q15 {
-    int64_t fast_q56, slow_q56, all_q56;
+    int64_t fast_q56, slow_q56, all_q56, turning_q56;
 } dqw_lasting_q15;
 
 /// What of it lasts now, and what while nothing seems to change.
@@ -352,6 +352,14 @@ static inline bool dqw_estimator_follows_q15(const dqw_estimator_q15 *e)
 /// Nothing is known of what lasts, nor of how weights scatter.
 /// Source   (E104) in docs/EQUATIONS.md
 void dqw_estimator_follow_start_q15(dqw_estimator_q15 *e);
+
+/// Sign of cos(12 a), where a half turns by the angle a: of what turns six times with the rotor, blocks two halves apart
+/// have products of this sign. advance: cosine and sine of a, Q30, as long as a sensor makes them; 0: both are 0.
+///
+/// Source   (E103) in docs/EQUATIONS.md
+/// Context  background
+#define dqw_estimator_sixfold_q15 DQW_SIZED(dqw_estimator_sixfold_q15)
+int dqw_estimator_sixfold_q15(const int64_t advance_q30[2]);
 
 /// What of the residual is still there two and three blocks later, where blocks overlap no more; and from one stretch
 /// to the next. Of a block that was shown. `busy`: its weights are to be solved as well; then a stretch may end later.

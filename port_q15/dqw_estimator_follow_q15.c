@@ -275,10 +275,12 @@ static dqw_lasting_q15 keep_calm(dqw_estimator_q15 *e)
     dqw_lasting_q15 calm = dqw_estimator_calm_q15(e);
     calm.fast_q56 = calmer(calm.fast_q56, now.fast_q56, calm.all_q56, first);
     calm.slow_q56 = calmer(calm.slow_q56, now.slow_q56, calm.all_q56, first);
+    calm.turning_q56 = calmer(calm.turning_q56, now.turning_q56, calm.all_q56, first);
     calm.all_q56 = calmer(calm.all_q56, now.all_q56, 0, first);
     e->residual.calm_q28[0] = dqw_q_root64((uint64_t)calm.fast_q56);
     e->residual.calm_q28[1] = dqw_q_root64((uint64_t)calm.slow_q56);
     e->residual.calm_q28[2] = dqw_q_root64((uint64_t)calm.all_q56);
+    e->residual.calm_q28[3] = dqw_q_root64((uint64_t)calm.turning_q56);
     return calm;
 }
 
@@ -324,7 +326,8 @@ static void open(dqw_estimator_q15 *e, int changed, const dqw_lasting_q15 *calm,
 {
     dqw_residual_q15 *k = &e->residual;
     e->segment.since = 1;
-    for (int m = 0; m < 2; m++) k->lasting_q38[m] = dqw_q31_sat(dqw_q_floor64(calm->fast_q56, 18));
+    for (int m = 0; m < 3; m++)
+        k->lasting_q38[m] = dqw_q31_sat(dqw_q_floor64(m < 2 ? calm->fast_q56 : calm->turning_q56, 18));
     k->slow_q38 = dqw_q31_sat(dqw_q_floor64(calm->slow_q56, 18));
     for (int axis = 0; axis < 2; axis++)
         if (e->error_q56[axis] > calm->all_q56) e->error_q56[axis] = calm->all_q56;

@@ -266,13 +266,14 @@ static void coarse_stage(dqw_estimator_q15 *e, const int32_t start_q24[])
     dqw_estimator_stage_on_q15(e, done);
 }
 
-// Of what turns six times with the rotor blocks two halves apart have a product of this sign. (E103)
-static int sixfold(const int64_t advance_q30[2])
+int dqw_estimator_sixfold_q15(const int64_t advance_q30[2])
 {
-    if (advance_q30[0] == 0 && advance_q30[1] == 0) return 0;
-    const int32_t c_q15 = (int32_t)dqw_q_round64(advance_q30[0], 15);
-    const int32_t c3_q15 = (c_q15 * (c_q15 * c_q15 / 8192 - 3 * 32768)) / 32768;
-    const int32_t c6_q15 = c3_q15 * c3_q15 / 16384 - 32768;
+    const int64_t c_q15 = dqw_q_round64(advance_q30[0], 15);
+    const int64_t s_q15 = dqw_q_round64(advance_q30[1], 15);
+    if (c_q15 == 0 && s_q15 == 0) return 0;
+    // As long as a sensor's amplitude makes them.
+    const int32_t c2_q15 = dqw_q_quotient32(c_q15 * c_q15 - s_q15 * s_q15, c_q15 * c_q15 + s_q15 * s_q15, 15);
+    const int32_t c6_q15 = c2_q15 * (c2_q15 * c2_q15 / 8192 - 3 * 32768) / 32768;
     return c6_q15 * c6_q15 > 536870912 ? 1 : -1;
 }
 
@@ -300,7 +301,7 @@ bool dqw_estimator_take_q15(dqw_estimator_q15 *e, dqw_estimator_q15_block *b)
     b->whole = before == e->window.half && e->rise.valid == e->window.half;
     const int64_t advance_q30[2] = {(int64_t)cosine * e->rise_cosine_q15 + (int64_t)sine * e->rise_sine_q15,
                                     (int64_t)sine * e->rise_cosine_q15 - (int64_t)cosine * e->rise_sine_q15};
-    b->sixfold = sixfold(advance_q30);
+    b->sixfold = dqw_estimator_sixfold_q15(advance_q30);
     e->rise_cosine_q15 = cosine;
     e->rise_sine_q15 = sine;
     for (int axis = 0; axis < 2; axis++) {

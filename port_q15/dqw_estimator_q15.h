@@ -113,7 +113,7 @@ typedef struct dqw_residual_q15 {
     uint32_t alone_q31[DQW_ESTIMATOR_Q15_INPUTS];       ///< power of each input that no other one explains
     uint32_t slow_alone_q31[DQW_ESTIMATOR_Q15_INPUTS];  ///< and of its means over a stretch
     uint32_t noisy_q35[2];                              ///< what of its power is the sensors' noise, of L_d and L_q
-    uint32_t calm_q28[3];        ///< roots of what lasts, fast and slow, and of all, while nothing seems to change
+    uint32_t calm_q28[4];        ///< roots of what lasts, fast, slow, of all, turning, while nothing seems to change
     int16_t before_q17[3][2];    ///< errors of the three blocks before the last one
     int16_t slow_before_q18[2];  ///< mean of the stretch before
     /// sums of a stretch's errors and inputs, in halvings that keep them in their bits

@@ -119,27 +119,20 @@ static uint32_t stretches_tell_q30(const dqw_estimator_q15 *e)
     return dqw_q_root64((uint64_t)dqw_lasting_part_q30(e, dqw_estimator_stretch_q15(e)) << 30);
 }
 
-static bool knows_what_lasts(const dqw_estimator_q15 *e)
-{
-    return !e->config->settled && e->blocks > DQW_LASTING_FROM_Q15;
-}
-
-// Two deviations of the mean of a block's four products of white errors, whose neighbours overlap: 1.2, squared.
-static int64_t lasting_noise_q56(const dqw_estimator_q15 *e, int64_t all_q56)
-{
-    const uint32_t parts_q30 = (uint32_t)dqw_lasting_part_q30(e, 1) / 25u * 36u;
-    return dqw_q_product64(all_q56, dqw_q_root64((uint64_t)parts_q30 << 30), -30);
-}
-
 dqw_lasting_q15 dqw_estimator_lasting_q15(const dqw_estimator_q15 *e)
 {
     // [READ.3] what lasts of the residual, above what noise makes of so many products
     const int64_t all_q56 = dqw_estimator_common_variance_q56(e);
-    dqw_lasting_q15 l = {0, 0, all_q56};
-    if (!knows_what_lasts(e)) return l;
+    dqw_lasting_q15 l = {0, 0, all_q56, 0};
+    if (e->config->settled || e->blocks <= DQW_LASTING_FROM_Q15) return l;
     const int64_t two = dqw_q_size64(e->residual.lasting_q38[0]);
     const int64_t three = dqw_q_size64(e->residual.lasting_q38[1]);
-    const int64_t fast_q56 = (two > three ? two : three) * 262144 - lasting_noise_q56(e, all_q56);
+    // Two deviations of the mean of a block's four products of white errors, whose neighbours overlap: 1.2, squared.
+    const uint32_t parts_q30 = (uint32_t)dqw_lasting_part_q30(e, 1) / 25u * 36u;
+    const int64_t noise = dqw_q_product64(all_q56, dqw_q_root64((uint64_t)parts_q30 << 30), -30);
+    const int64_t turning_q56 = (int64_t)e->residual.lasting_q38[2] * 262144 - noise;
+    if (turning_q56 > 0) l.turning_q56 = turning_q56;
+    const int64_t fast_q56 = (two > three ? two : three) * 262144 - noise;
     if (fast_q56 > 0) l.fast_q56 = fast_q56;
     // The same of a stretch's two, whose blocks overlap: 1.5.
     const int64_t of_stretch_q56 = dqw_q_quotient64(dqw_q_product64(all_q56, 3, -1), dqw_estimator_stretch_q15(e), 0);
@@ -153,9 +146,9 @@ dqw_lasting_q15 dqw_estimator_calm_q15(const dqw_estimator_q15 *e)
 {
     const uint32_t *root_q28 = e->residual.calm_q28;
     // Of squares below 2^62
-    const dqw_lasting_q15 l = {(int64_t)((uint64_t)root_q28[0] * root_q28[0]),
-                               (int64_t)((uint64_t)root_q28[1] * root_q28[1]),
-                               (int64_t)((uint64_t)root_q28[2] * root_q28[2])};
+    const dqw_lasting_q15 l = {
+        (int64_t)((uint64_t)root_q28[0] * root_q28[0]), (int64_t)((uint64_t)root_q28[1] * root_q28[1]),
+        (int64_t)((uint64_t)root_q28[2] * root_q28[2]), (int64_t)((uint64_t)root_q28[3] * root_q28[3])};
     return l;
 }
 
@@ -265,8 +258,7 @@ static int64_t of_answer_q56(const dqw_estimator_q15 *e, int weight)
 static int64_t now_hidden_q56(const dqw_estimator_q15 *e, int weight)
 {
     dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-    const int64_t turns_q56 = (int64_t)e->residual.lasting_q38[2] * 262144 - lasting_noise_q56(e, now.all_q56);
-    if (knows_what_lasts(e) && turns_q56 > now.fast_q56) now.fast_q56 = turns_q56;
+    if (now.turning_q56 > now.fast_q56) now.fast_q56 = now.turning_q56;
     const int32_t in_line_q31 = weight == DQW_LD || weight == DQW_LQ ? MODEL_PART2_L_Q31 : MODEL_PART2_Q31;
     const int64_t hides = hidden_q56(e, weight, &now, in_line_q31, e->residual.opened > 0 ? e->segment.since : 0);
     const int64_t more = of_voltage_q56(e, weight);

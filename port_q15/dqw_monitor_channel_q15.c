@@ -158,7 +158,7 @@ static int64_t ripple_shared_q24(const dqw_monitor_q15 *m, int channel)
     const int other = channel == DQW_WATCH_RESISTANCE ? DQW_WATCH_REACTANCE : DQW_WATCH_RESISTANCE;
     if (m->watch.looks[other] < DQW_WATCH_LOOKS_LEAST) return own;
     const int64_t power_q52 = m->witness.power_q52[channel - DQW_WATCH_OFFSET];
-    const int32_t part_q24 = dqw_q_quotient32(dqw_q_size64(m->witness.across_q52), power_q52, 24);
+    const int64_t part_q24 = dqw_q_quotient64(dqw_q_size64(m->witness.across_q52), power_q52, 24);
     return own + dqw_q_times64(part_q24, dqw_monitor_ripple_q24(m->healthy.re_q28, m->healthy.im_q28, other), -24);
 }
 

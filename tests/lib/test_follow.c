@@ -192,10 +192,10 @@ static void gathered(test_random *r, int segments, double error)
         e.segment.down_q11[i] = (int16_t)random_uniform(r, 0, 3000);
     }
     for (int a = 0; a < 2; a++) e.error_pu2[a] = (float)random_uniform(r, 1e-5, 4e-5);
-    for (int a = 0; a < 2; a++) e.lasting_pu2[a] = (float)random_uniform(r, 1e-5, 2e-5);
+    for (int a = 0; a < 3; a++) e.lasting_pu2[a] = (float)random_uniform(r, 1e-5, 2e-5);
     e.slow_pu2 = (float)random_uniform(r, 1e-5, 2e-5);
     e.calm = (dqw_lasting){(float)random_uniform(r, 0, 1e-5), (float)random_uniform(r, 0, 3e-5),
-                           (float)random_uniform(r, 1e-5, 3e-5)};
+                           (float)random_uniform(r, 1e-5, 3e-5), (float)random_uniform(r, 0, 1e-5)};
     if (error == 0) return;
     e.segment.a[DQW_LQ * (DQW_LQ + 1) / 2 + DQW_LQ] = 300.0f;
     e.segment.b[DQW_LQ] = (float)(300 * error);
@@ -231,6 +231,8 @@ static void test_where_a_segment_ends(void)
               1e-5, "fast");
         alike(calmer((double)before.calm.slow_pu2, (double)now.slow_pu2, all, segments < 2), (double)e.calm.slow_pu2,
               1e-5, "slow");
+        alike(calmer((double)before.calm.turning_pu2, (double)now.turning_pu2, all, segments < 2),
+              (double)e.calm.turning_pu2, 1e-5, "turning");
         alike(calmer(all, (double)now.all_pu2, 0, segments < 2), (double)e.calm.all_pu2, 1e-5, "all");
         HOLDS(e.segment.since == 4 && e.opened == 0 && e.began == 3000 && e.began_before == 2000);
         TEST_ASSERT_EQUAL_MEMORY(before.w_pu, e.w_pu, sizeof e.w_pu);
@@ -275,7 +277,7 @@ static void test_a_change_opens(void)
         HOLDS(e.opened == (k % 7 == 0 ? UINT8_MAX : 6) && e.segment.since == 1);
         HOLDS(e.opened_since == (e.segment.agreed ? 2000u : 3000u));
         HOLDS(e.lasting_pu2[0] == e.calm.fast_pu2 && e.lasting_pu2[1] == e.calm.fast_pu2 &&
-              e.lasting_pu2[2] == before.lasting_pu2[2] && e.slow_pu2 == e.calm.slow_pu2);
+              e.lasting_pu2[2] == e.calm.turning_pu2 && e.slow_pu2 == e.calm.slow_pu2);
         for (int a = 0; a < 2; a++) HOLDS(e.error_pu2[a] == fminf(before.error_pu2[a], e.calm.all_pu2));
         // All that the segment knew is this weight's error.
         for (int i = 0; i < N; i++) {
@@ -315,6 +317,20 @@ static void test_where_a_segment_begins(void)
     HOLDS(e.segment.segments == 1 && e.segment.blocks == 0);
 }
 
+// Whatever a sensor's amplitude makes of cosine and sine.
+static void test_the_sign_of_six_times(void)
+{
+    for (int length = -10; length <= 10; length++)
+        for (int k = -3140; k <= 3140; k++) {
+            const double a = 1e-3 * k;
+            const double size = 1 + 0.01 * length;
+            const float advance[2] = {(float)(size * cos(a)), (float)(size * sin(a))};
+            CASE("%g rad, %g long", a, size);
+            if (fabs(cos(12 * a)) > 1e-4) HOLDS(dqw_estimator_sixfold(advance) == (cos(12 * a) > 0 ? 1 : -1));
+        }
+    HOLDS(dqw_estimator_sixfold((const float[2]){0.0f, 0.0f}) == 0);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -324,5 +340,6 @@ int main(void)
     RUN_TEST(test_where_a_segment_ends);
     RUN_TEST(test_a_change_opens);
     RUN_TEST(test_where_a_segment_begins);
+    RUN_TEST(test_the_sign_of_six_times);
     return UNITY_END();
 }

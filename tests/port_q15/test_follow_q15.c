@@ -222,8 +222,10 @@ static void gathered(test_random *r, int segments, double sure, double error)
         e.residual.lasting_q38[a] = (int32_t)lrint(random_uniform(r, 1e-5, 2e-5) * Q38);
     }
     e.residual.slow_q38 = (int32_t)lrint(random_uniform(r, 1e-5, 2e-5) * Q38);
-    const double calm[3] = {random_uniform(r, 0, 1e-5), random_uniform(r, 0, 3e-5), random_uniform(r, 1e-5, 3e-5)};
-    for (int k = 0; k < 3; k++) e.residual.calm_q28[k] = (uint32_t)lrint(sqrt(calm[k]) * Q28);
+    const double calm[4] = {random_uniform(r, 0, 1e-5), random_uniform(r, 0, 3e-5), random_uniform(r, 1e-5, 3e-5),
+                            random_uniform(r, 0, 1e-5)};
+    e.residual.lasting_q38[2] = (int32_t)lrint(random_uniform(r, 1e-5, 2e-5) * Q38);
+    for (int k = 0; k < 4; k++) e.residual.calm_q28[k] = (uint32_t)lrint(sqrt(calm[k]) * Q28);
     if (error == 0) return;
     e.segment.a_bits = e.segment.b_bits = 56 - 20;
     e.segment.a[DQW_LQ * (DQW_LQ + 1) / 2 + DQW_LQ] = 300 << 20;
@@ -258,11 +260,13 @@ static void test_where_a_segment_ends(void)
         const double fast = calm_of(0);
         const double slow = calm_of(1);
         const double all = calm_of(2);
+        const double turning = calm_of(3);
         dqw_estimator_follow_q15(&e, &still);
         CASE("segment %d", k);
         near_to(calmer(fast, (double)now.fast_q56 / Q56, all, segments < 2), calm_of(0), 1e-10, "fast");
         near_to(calmer(slow, (double)now.slow_q56 / Q56, all, segments < 2), calm_of(1), 1e-10, "slow");
         near_to(calmer(all, (double)now.all_q56 / Q56, 0, segments < 2), calm_of(2), 1e-10, "all");
+        near_to(calmer(turning, (double)now.turning_q56 / Q56, all, segments < 2), calm_of(3), 1e-10, "turning");
         HOLDS(e.segment.since == 4 && e.residual.opened == 0 && e.residual.began == 3000 &&
               e.residual.began_before == 2000);
         TEST_ASSERT_EQUAL_MEMORY(before.w_q24, e.w_q24, sizeof e.w_q24);
@@ -307,7 +311,7 @@ static void test_a_change_opens(void)
         opened++;
         HOLDS(e.residual.opened == (k % 7 == 0 ? UINT8_MAX : 6) && e.segment.since == 1);
         HOLDS(e.residual.opened_since == (e.segment.agreed ? 2000u : 3000u));
-        for (int m = 0; m < 2; m++) near_to(calm_of(0), e.residual.lasting_q38[m] / Q38, 1e-10, "lasts");
+        for (int m = 0; m < 3; m++) near_to(calm_of(m < 2 ? 0 : 3), e.residual.lasting_q38[m] / Q38, 1e-10, "lasts");
         near_to(calm_of(1), e.residual.slow_q38 / Q38, 1e-10, "lasts, slow");
         for (int a = 0; a < 2; a++)
             near_to(fmin((double)before.error_q56[a] / Q56, calm_of(2)), (double)e.error_q56[a] / Q56, 1e-10, "error");
@@ -388,6 +392,20 @@ static void test_when_changes_are_followed(void)
     HOLDS(!dqw_estimator_follows_q15(&e));
 }
 
+// Whatever a sensor's amplitude makes of cosine and sine.
+static void test_the_sign_of_six_times(void)
+{
+    for (int length = -10; length <= 10; length++)
+        for (int k = -3140; k <= 3140; k++) {
+            const double a = 1e-3 * k;
+            const double size = 1 + 0.01 * length;
+            const int64_t advance_q30[2] = {llrint(ldexp(size * cos(a), 30)), llrint(ldexp(size * sin(a), 30))};
+            CASE("%g rad, %g long", a, size);
+            if (fabs(cos(12 * a)) > 2e-3) HOLDS(dqw_estimator_sixfold_q15(advance_q30) == (cos(12 * a) > 0 ? 1 : -1));
+        }
+    HOLDS(dqw_estimator_sixfold_q15((const int64_t[2]){0, 0}) == 0);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -399,5 +417,6 @@ int main(void)
     RUN_TEST(test_no_variance_grows_beyond_the_widest);
     RUN_TEST(test_where_a_segment_begins);
     RUN_TEST(test_when_changes_are_followed);
+    RUN_TEST(test_the_sign_of_six_times);
     return UNITY_END();
 }

@@ -241,7 +241,7 @@ static void test_the_last_place_of_an_input(void)
             e.residual.alone_q31[DQW_LD] = alone;
             e.residual.slow_alone_q31[DQW_LD] = slow;
             const double fast2 = 1e-9;
-            const dqw_lasting_q15 l = {llrint(fast2 * Q56), 0, llrint(1e-7 * Q56)};
+            const dqw_lasting_q15 l = {.fast_q56 = llrint(fast2 * Q56), .all_q56 = llrint(1e-7 * Q56)};
             const double h = dqw_estimator_model_q28(&e, DQW_LD, &l) / Q28;
             const double least = sqrt(fast2 * Q31) / alone;
             const double most = least * sqrt(slow < alone ? fmax(alone - slow, 1 + 0.2 * slow) : 1 + 0.2 * alone);

@@ -506,6 +506,57 @@ static void test_what_turns_six_times_is_seen(void)
     }
 }
 
+// A change is found and followed, and is no residual that turns: at one speed its error has the sign of six times the
+// rotor's turn all the time.
+static void test_a_change_does_not_turn(void)
+{
+    pair p;
+    configure(&p, 0.05, 0.0);
+    p.fc.follow = p.qc.follow = true;
+    p.fc.angle = p.qc.angle = true;
+    begin(&p);
+    test_random r = {62};
+    double before[2][2] = {{0}};
+    const long at = 160000;
+    for (long k = 0; k < at + 36000; k++) {
+        double i_d[2];
+        double i_q[2];
+        double w[2];
+        double theta = 0;
+        for (int n = 0; n < 2; n++) {
+            const double t = (double)(k + n) * DT_S;
+            w[n] = 15 + 0.75 * sin(2 * PI * 0.7 * t);
+            theta = 4 * (15 * t - 0.75 / (2 * PI * 0.7) * cos(2 * PI * 0.7 * t));
+            i_d[n] = -0.5 + 0.5 * sin(2 * PI * 7.9 * t);
+            i_q[n] = 1.5 + 1.2 * sin(2 * PI * 9.3 * t + 2);
+        }
+        const double R = k < at ? TRUTH[0] : 1.25 * TRUTH[0];
+        const dqw_sample s = {.v_d_V = (float)(R * 0.5 * (i_d[0] + i_d[1]) + TRUTH[1] * (i_d[1] - i_d[0]) / DT_S -
+                                               2 * TRUTH[2] * (w[0] * i_q[0] + w[1] * i_q[1]) +
+                                               0.002 * random_normal(&r)),
+                              .v_q_V = (float)(R * 0.5 * (i_q[0] + i_q[1]) + TRUTH[2] * (i_q[1] - i_q[0]) / DT_S +
+                                               2 * TRUTH[1] * (w[0] * i_d[0] + w[1] * i_d[1]) +
+                                               2 * (w[0] + w[1]) * TRUTH[3] + 0.002 * random_normal(&r)),
+                              .i_d_A = (float)i_d[0],
+                              .i_q_A = (float)i_q[0],
+                              .w_m_rad_s = (float)w[0],
+                              .cosine = (float)cos(theta),
+                              .sine = (float)sin(theta)};
+        (void)step(&p, &s);
+        if (k == at)
+            for (int i = 0; i < 2; i++) before[0][i] = f_sd(&p, DQW_LD + i), before[1][i] = q_sd(&p, DQW_LD + i);
+    }
+    HOLDS(p.f.opened > 0 && p.q.residual.opened > 0);
+    for (int i = 0; i < 2; i++) {
+        CASE("%s: %g and %g times as wide as before", NAME[DQW_LD + i], f_sd(&p, DQW_LD + i) / before[0][i],
+             q_sd(&p, DQW_LD + i) / before[1][i]);
+        if (getenv("DQW_TEST_VALUES") != NULL) printf("%s\n", test_case);
+        // 1.6 of L_d, 1.0 of L_q; 2.6 where what seemed to turn before the opening stays.
+        BETWEEN(0.9, f_sd(&p, DQW_LD + i) / before[0][i], 2.0);
+        BETWEEN(0.9, q_sd(&p, DQW_LD + i) / before[1][i], 2.0);
+    }
+}
+
 // At rest, with noise on every sensor: for all samples to come nothing moves, and nobody grows surer.
 static void test_noise_on_a_machine_at_rest_teaches_nothing(void)
 {
@@ -559,6 +610,7 @@ int main(void)
     RUN_TEST(test_a_speed_that_lags_is_seen);
     RUN_TEST(test_a_pace_of_any_speed);
     RUN_TEST(test_what_turns_six_times_is_seen);
+    RUN_TEST(test_a_change_does_not_turn);
     RUN_TEST(test_noise_on_a_machine_at_rest_teaches_nothing);
     return UNITY_END();
 }

@@ -21,7 +21,7 @@ static void put_lasting(hash *h, const dqw_estimator_q15 *e)
         hash_put(h, s->b[i]);
         hash_put(h, s->up_q11[i] * 65536 + s->down_q11[i]);
     }
-    for (int i = 0; i < 3; i++) hash_put(h, k->calm_q28[i]);
+    for (int i = 0; i < 4; i++) hash_put(h, k->calm_q28[i]);
     hash_put(h, k->lasting_q38[0]);
     hash_put(h, k->lasting_q38[1]);
     hash_put(h, k->lasting_q38[2]);
