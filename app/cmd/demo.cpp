@@ -56,9 +56,11 @@ int demo_command(const Options& options)
                                         {"float", result_json(learned, {})},
                                         {"reference", result_json(fitted, {})},
                                         {"notes", notes}});
-    write_file(path_in(options.out_dir, "demo.json"), json);
+    OutputFolder folder(options.out_dir);
+    folder.write("demo.json", json);
     print_notes(learned.notes);
     print_notes(fitted.notes);
+    folder.tell();
     print(options.json ? json
                        : fmt::format("{}: {}\n{}, {}\n\n{}", scenario.name, scenario.about, written.csv,
                                      counted(logs.front().rows(), "row"),

@@ -223,6 +223,7 @@ private:
     {
         store();
         progress_.wipe();
+        if (stored_) note({options_.store_file + ": healthy values written"});
         if (!options_.store_file.empty() && !stored_ && !store_failed_)
             note({fmt::format("{}: {}, no healthy values stood before the rows ended", options_.store_file,
                               store_ ? "left as it was" : "not written")});

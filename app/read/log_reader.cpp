@@ -183,8 +183,9 @@ private:
         make_speed();
         drop_motion();
         settle_slow_channels();
-        if (window_s_ < HUGE_VAL) raw_ = log_;
+        if (window_s_ < HUGE_VAL) put_joins(), raw_ = log_;
         settle_regime();
+        check_steps();
         refuse_motion_at_standstill();
         drop_spikes();
         check_size();
@@ -386,7 +387,24 @@ private:
                              fmt::format("{} of {} are not after the row before; expected time to increase from row to "
                                          "row{}",
                                          stamps_.backward(), counted(rows_in_file_, "stamp"),
-                                         own_format() ? "; --period S takes rows that are even as S apart" : ""));
+                                         2 * stamps_.equal() > stamps_.backward() ? how_to_be_even() : ""));
+    }
+
+    std::string how_to_be_even() const
+    {
+        if (!own_format()) return "";
+        return fmt::format("; {} takes rows that are even as S apart",
+                           opening_.is_table() ? "period_s=S" : "--period S");
+    }
+
+    /// Stamps that are too coarse for their rows: what is left of these has another step.
+    void check_steps() const
+    {
+        constexpr std::size_t one_in = 100;
+        if (!own_format() || !timed() || stamps_.equal() * one_in <= rows_in_file_) return;
+        throw InputError(path_, stamps_.first_equal_line(),
+                         fmt::format("{} of {} are the row before's; expected time to increase from row to row{}",
+                                     stamps_.equal(), counted(rows_in_file_, "stamp"), how_to_be_even()));
     }
 
     /// Of a pipe the window that makes the log.
@@ -406,8 +424,7 @@ private:
             said(fmt::format("{}:{}: the clock went back by {:.4g} s; the rows go on behind a gap", path_,
                              opening_.line_number(), stamps_.back_s(t_s)));
         stamps_.set(t_s, log_.dt_s);
-        const std::size_t next = values(col_t).size();
-        if (log_.segments.empty() || log_.segments.back() != next) log_.segments.push_back(next);
+        begin_anew();
     }
 
     void take_row(const RowParser& parser, const RowValues* parsed)
@@ -421,11 +438,26 @@ private:
         if (rows_ == 0 && is_idle(row))
             return count_left_out(left_out_, "zeros before the first values", opening_.line_number());
         if (has_[col_t]) set_clock(row[col_t]);
-        if (has_[col_t] && !stamps_.take(row[col_t], opening_.line_number()))
+        if (has_[col_t] && !stamps_.take(row[col_t], opening_.line_number())) {
+            const bool back = stamps_.back_s(row[col_t]) > 0.0;
+            if (back && own_format() && !import_.gaps && !tail_)
+                refuse(fmt::format("t_s is {} after {}; expected time to increase from row to row", row[col_t],
+                                   stamps_.last_s()));
+            went_back_ = went_back_ || back;
             return count_left_out(left_out_, "its stamp is not after the row before", opening_.line_number());
+        }
         if (has_[col_t] && !stamps_.finite())
             refuse(fmt::format("t_s jumps from {:g} to {:g}", stamps_.before_s(), row[col_t]));
         store_row(row);
+    }
+
+    /// What follows stamps that went back may be another recording.
+    void begin_anew()
+    {
+        went_back_ = false;
+        if (!tail_) return joins_s_.push_back(stamps_.last_s());
+        const std::size_t next = values(col_t).size();
+        if (log_.segments.empty() || log_.segments.back() != next) log_.segments.push_back(next);
     }
 
     /// Rows that its counter of 8 bits says are not in the file.
@@ -455,6 +487,7 @@ private:
 
     void store_row(const RowValues& row)
     {
+        if (went_back_) begin_anew();
         for (std::size_t c = 0; c < column_count; ++c)
             if (has_[c] && (whole_[c] || rows_ < probe_rows))
                 values(c).push_back(c == col_t ? stamps_.last_s() : row[c]);
@@ -642,11 +675,24 @@ private:
                          fmt::format("t_s: {:.3g} s from row to row; expected seconds, 1 ns at least", base_.median_s));
     }
 
+    void put_joins()
+    {
+        for (const double t_s : joins_s_) {
+            const auto row = std::lower_bound(log_.t_s.begin(), log_.t_s.end(), t_s) - log_.t_s.begin();
+            if (row > 0) log_.segments.push_back(static_cast<std::size_t>(row));
+        }
+        joins_s_.clear();
+    }
+
     void find_segments()
     {
         log_.dt_s = base_.median_s;
-        if (!has_[col_t] || base_.gaps.empty() || (!timed() && !base_.regular)) return;
+        if (!has_[col_t] || (!timed() && !base_.regular)) return;
+        put_joins();
+        if (base_.gaps.empty()) return;
         log_.segments.insert(log_.segments.end(), base_.gaps.begin(), base_.gaps.end());
+        std::sort(log_.segments.begin(), log_.segments.end());
+        log_.segments.erase(std::unique(log_.segments.begin(), log_.segments.end()), log_.segments.end());
         if (!timed()) return;
         const std::size_t row = base_.gaps.front();
         note(fmt::format("{} in time, the longest {:.4g} s, the first before {} ({:.4g} s, usual {:.4g} s); a new "
@@ -685,6 +731,7 @@ private:
         for (std::size_t c = 0; c < column_count; ++c)
             if (!keep_[c]) values(c) = {};
         const std::size_t dropped = turn_voltage_interval(log_);
+        log_.previous = true;
         note(fmt::format("voltage_interval previous: voltages moved up by one row; {} at the ends of segments dropped",
                          counted(dropped, "row")));
     }
@@ -740,6 +787,8 @@ private:
     std::size_t rows_ = 0, rows_in_file_ = 0;
     std::optional<double> last_count_;
     double lost_rows_ = 0.0;
+    std::vector<double> joins_s_;  // stamps of rows that follow some that went back
+    bool went_back_ = false;
     bool moves_ = false;
     std::size_t line_shift_ = 0;  // lines skipped so far
     std::vector<std::pair<std::size_t, std::size_t>> line_shifts_;

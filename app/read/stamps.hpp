@@ -21,6 +21,7 @@ public:
         t_s += days_s_;
         if (any_ && !(t_s > last_s_)) {
             if (backward_++ == 0) first_backward_line_ = line;
+            if (!(t_s < last_s_) && equal_++ == 0) first_equal_line_ = line;
             return false;
         }
         before_s_ = any_ ? last_s_ : t_s;
@@ -38,11 +39,14 @@ public:
     std::size_t midnights() const { return midnights_; }
     std::size_t backward() const { return backward_; }
     std::size_t first_backward_line() const { return first_backward_line_; }
+    /// Of those the ones that are the last one's.
+    std::size_t equal() const { return equal_; }
+    std::size_t first_equal_line() const { return first_equal_line_; }
 
 private:
     bool any_ = false;
     double raw_s_ = 0, last_s_ = 0, before_s_ = 0, days_s_ = 0;
-    std::size_t midnights_ = 0, backward_ = 0, first_backward_line_ = 0;
+    std::size_t midnights_ = 0, backward_ = 0, first_backward_line_ = 0, equal_ = 0, first_equal_line_ = 0;
 };
 
 }  // namespace dqw

@@ -38,6 +38,7 @@ struct Log {
     std::string modulation;
     bool observed = false;         ///< the angle is an observer's
     bool v_q_is_size = false;      ///< of the voltage's vector, without v_d
+    bool previous = false;         ///< the file's voltages were those until a row
     bool of_polled = false;        ///< settled points that were rows of a polled log
     std::string doubt;             ///< of a column's unit or sign, in words; empty: none
     double voltage_error_V = 0.0;  ///< by how much the voltage may be off, unseen

@@ -265,16 +265,19 @@ void say_rest(const TraceSetup& setup, const Point& at, std::vector<std::string>
             notes.push_back("dead time: " + loses_at_rest_text(stated_modulation(*setup.logs)));
 }
 
-/// Currents that are a whole row late are those of a log whose rows hold the voltage that acted until them.
+/// What is a whole row late is the voltage interval's, where that is said the other way round.
 void say_row_late(const TraceEffect& e, const std::vector<Log>& logs, std::vector<std::string>& notes)
 {
     constexpr double kPart = 0.1;  // of a period: no sensing is as late by chance
-    if (e.name != "sample_shift" || e.channel != "currents") return;
+    const bool previous = logs.front().previous;
+    if (e.name != "sample_shift" || e.channel != (previous ? "voltage" : "currents")) return;
     const double dt_s = logs.front().dt_s;
     for (const Estimate& p : e.parameters)
         if (p.name == "shift_s" && std::abs(p.value - dt_s) < kPart * dt_s)
-            notes.emplace_back("currents a row late: where a row's voltage acted until its stamp, voltage_interval = "
-                               "\"previous\" under [log] of the machine file says so, and no effect is left");
+            notes.push_back(e.channel + " a row late: where a row's voltage acts " +
+                            (previous ? "from its stamp on, voltage_interval = \"next\""
+                                      : "until its stamp, voltage_interval = \"previous\"") +
+                            " under [log] of the machine file says so");
 }
 
 /// What of settled points' effects is in no parameter: by which law iron loses, in which order rows warmed.

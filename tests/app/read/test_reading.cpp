@@ -295,6 +295,16 @@ static void stamps_of_ones_own_names_are_no_stricter(void)
     TEST_ASSERT_EQUAL_size_t(99, left.rows());
     TEST_ASSERT_TRUE(noted("1 row left out, the first at line 52: its stamp is not after the row before"));
     TEST_ASSERT_EQUAL_size_t(2, left.segments.size());
+    // Two recordings, one behind the other, that meet a step apart: no neighbours. Refused, but where columns are named.
+    const std::string two = head + rows_of([](int k) { return fmt::format("{:.4f}", 1e-4 * (k < 9 ? k : k - 9)); });
+    expect_refused(two, machine, 11, "t_s is 0 after 0.0008");
+    const dqw::Log joined = read(two, machine + "[columns]\nt_s = { from = \"t_s\", unit = \"s\" }\n");
+    TEST_ASSERT_EQUAL_size_t(91, joined.rows());
+    TEST_ASSERT_EQUAL_size_t(2, joined.segments.size());
+    TEST_ASSERT_EQUAL_size_t(9, joined.segments[1]);
+    // Stamps that are coarser than the rows' steps by a fiftieth: what is left of these is even, and wrong.
+    expect_refused(head + rows_of([](int k) { return fmt::format("{:.6f}", 1.02e-4 * std::floor(k / 1.02)); }), machine,
+                   3, "2 of 100 stamps are the row before's; expected time to increase from row to row; --period S");
     // Ten rows to a stamp: what an exporter that rounds to milliseconds leaves.
     const std::string rounded = head + rows_of([](int k) { return fmt::format("{:.3f}", 1e-4 * k); });
     expect_refused(rounded, machine, 3, "--period S takes rows that are even as S apart");

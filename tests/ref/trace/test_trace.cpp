@@ -84,22 +84,27 @@ void pulses_within_a_period_have_no_name()
     only(traced("sensing.late_periods=0.05"), "sample_shift");
 }
 
-/// Rows that hold the voltage until them, in a log that does not say so: the key that reads it right is told.
+/// Rows that hold the voltage until them, in a log that does not say so, or says so and does not: the key that reads it
+/// right is told. Two rows late there is none.
 void a_voltage_of_the_row_before_is_told_its_key()
 {
     std::vector<Log> logs = one_log("servo", {"seed=60559"});
-    const auto noted = [&logs] {
+    const auto noted = [&logs](const std::string& key) {
         dqw::TraceOptions options;
         options.effects = {"sample_shift"};
         const TraceResult r = dqw::trace(logs, options);
-        return std::any_of(r.notes.begin(), r.notes.end(), [](const std::string& note) {
-            return note.find("voltage_interval = \"previous\"") != std::string::npos;
+        return std::any_of(r.notes.begin(), r.notes.end(), [&key](const std::string& note) {
+            return note.find("voltage_interval = \"" + key + "\"") != std::string::npos;
         });
     };
-    TEST_ASSERT_FALSE(noted());
+    TEST_ASSERT_FALSE(noted("previous"));
     for (std::vector<double>* v : {&logs[0].v_d_V, &logs[0].v_q_V})
         std::rotate(v->rbegin(), v->rbegin() + 1, v->rend());
-    TEST_ASSERT_TRUE(noted());
+    TEST_ASSERT_TRUE(noted("previous"));
+    logs[0].previous = true;
+    TEST_ASSERT_FALSE(noted("previous"));
+    for (std::vector<double>* v : {&logs[0].v_d_V, &logs[0].v_q_V}) std::rotate(v->begin(), v->begin() + 2, v->end());
+    TEST_ASSERT_TRUE(noted("next"));
 }
 
 /// Where a period is as long as a fifth of L/R, where the pulses stand in it bends the currents by more than noise: an
