@@ -111,6 +111,10 @@ void dqw_estimator_rows_of(const dqw_estimator *e, const dqw_estimator_block *b,
 float dqw_estimator_variance(const dqw_estimator *e, int axis);
 float dqw_estimator_common_variance(const dqw_estimator *e);
 
+/// The same over both axes' mean: one over the square by which its rows weigh, 1/64 at least.
+#define dqw_estimator_axis_part DQW_SIZED(dqw_estimator_axis_part)
+float dqw_estimator_axis_part(const dqw_estimator *e, int axis);
+
 /// How large a parameter is, per unit: how far it may jump, and what heat may move it by, are parts of that.
 /// Source   (E105) in docs/EQUATIONS.md
 float dqw_estimator_size_pu(const dqw_estimator *e, int i);

@@ -374,10 +374,9 @@ bool dqw_estimator_learn(dqw_estimator *e, const dqw_estimator_block *b)
     }
 
     // [EST.6] both rows, then the noise of their inputs, then what has changed
-    const float common = dqw_estimator_common_variance(e);
     float ratio[2];
     for (int axis = 0; axis < 2; axis++)
-        ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_variance(e, axis) / common : 1.0f;
+        ratio[axis] = !c->settled && e->blocks > FEW_BLOCKS ? dqw_estimator_axis_part(e, axis) : 1.0f;
     const float *late_pu = !c->settled && e->pole_pairs != 0 && b->whole ? r.late : NULL;
     float score[DQW_ESTIMATOR_SCORES] = {0};
     const bool follows = dqw_estimator_forgets(e) && e->pole_pairs != 0 && e->stage.name != DQW_STAGE_RANDOM && !seeks;

@@ -29,6 +29,8 @@
 #define STRETCH_S 0.03f
 #define STRETCH_LEAST 4.0f
 #define STRETCH_MOST 200.0f
+// An axis' rows weigh up to 8 times what both would: one that is followed ever closer would be all that is learned.
+#define QUIETEST (1.0f / 64.0f)
 // Of what may stand in line with an input, what does; with that of an inductance, at right angles to the currents.
 #define MODEL_PART 0.4f
 #define MODEL_PART_L 0.25f
@@ -178,7 +180,7 @@ static float of_voltage(const dqw_estimator *e, int weight)
     const float v_q = dqw_estimator_variance(e, DQW_AXIS_Q);
     const bool in_q = weight == DQW_PSI || (v_q < v_d && (weight != DQW_PSI_Q || e->pole_pairs == 0));
     const float part = e->config->settled ? dqw_gain_covariance(&e->gain, weight, weight) * (float)e->blocks
-                                          : 0.5f * dqw_estimator_common_variance(e) / ((in_q ? v_q : v_d) * alone);
+                                          : 0.5f / (dqw_estimator_axis_part(e, in_q ? DQW_AXIS_Q : DQW_AXIS_D) * alone);
     const float sd = error_pu * sqrtf(part) * dqw_estimator_unit(e, weight);
     return sd < SD_MOST ? sd : DQW_UNKNOWN;
 }
@@ -233,6 +235,12 @@ float dqw_estimator_sd_since(const dqw_estimator *e, int weight, uint16_t since)
     const float hides = hidden(e, weight, e->segment.segments > 0 ? &e->calm : &now, MODEL_PART, 0);
     const float met = 1.0f + (float)since;
     return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);
+}
+
+float dqw_estimator_axis_part(const dqw_estimator *e, int axis)
+{
+    const float part = dqw_estimator_variance(e, axis) / dqw_estimator_common_variance(e);
+    return part > QUIETEST ? part : QUIETEST;
 }
 
 float dqw_estimator_residual_pu(const dqw_estimator *e)

@@ -196,6 +196,21 @@ static void test_when_a_voltage_acts(void)
     }
 }
 
+// An axis that is followed ever closer weighs no more than 8 times what both would.
+static void test_a_quiet_axis_weighs_so_much(void)
+{
+    start(false, false);
+    for (int quiet = 0; quiet < 2; quiet++)
+        for (double part = 1; part > 1e-5; part *= 0.5) {
+            e.error_pu2[quiet] = (float)(1e-2 * part);
+            e.error_pu2[1 - quiet] = 1e-2f;
+            const double mean = 1e-2 * (1 + part) / 2;
+            CASE("axis %d, %g of the other", quiet, part);
+            alike(fmax(1e-2 * part / mean, 1.0 / 64), (double)dqw_estimator_axis_part(&e, quiet), "quiet");
+            alike(1e-2 / mean, (double)dqw_estimator_axis_part(&e, 1 - quiet), "loud");
+        }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -203,5 +218,6 @@ int main(void)
     RUN_TEST(test_stretches);
     RUN_TEST(test_what_needs_pole_pairs);
     RUN_TEST(test_when_a_voltage_acts);
+    RUN_TEST(test_a_quiet_axis_weighs_so_much);
     return UNITY_END();
 }
