@@ -422,7 +422,7 @@ static const law laws[] = {
      {(float)LD_TRUE, (float)LQ_TRUE, (float)PSI_TRUE},
      {0.0482, 0.0537},
      {0.000910, 0.00898},
-     0.215},
+     0.180},
     {DQW_EFFECT_DELAY, "delay", 1, {0.3}, 0, {0}, {1.35, 1.27}, {0.00323, 0.0464}, 1.98},
     {DQW_EFFECT_SKIN_EFFECT, "skin_effect", 1, {R_TRUE * 1.5e-6}, 0, {0}, {0.0177, 0.117}, {0.00349, 0.0277}, 12.4},
     {DQW_EFFECT_PHASE_RESISTANCE_IMBALANCE,
