@@ -205,7 +205,7 @@ def test_time_that_goes_back(arrays: dict[str, Any]) -> None:
     t_s = arrays["t_s"].copy()
     t_s[40] = t_s[39]
     found = dqwatch.fit({**arrays, "t_s": t_s}, machine=MACHINE)
-    assert [(d.rows, d.first_line, d.why) for d in found.dropped] == [(1, 42, "its stamp is not after the row before")]
+    assert any("1 row left out" in note and "its stamp is not after the row before" in note for note in found.notes)
     t_s[40] = 0.0
     with pytest.raises(dqwatch.InputError, match="time to increase") as caught:
         dqwatch.fit({**arrays, "t_s": t_s}, machine=MACHINE)
