@@ -149,7 +149,7 @@ typedef struct dqw_estimator {
     float error_pu2[2];       ///< mean squared residual, d and q
     float recent_pu2;         ///< of both, over about 64 blocks
     float e_before_pu[3][2];  ///< errors of the three blocks before the last one
-    float lasting_pu2[3];     ///< their product with the last one's, two and three blocks apart; sixfold
+    float lasting_pu2[3];     ///< their product with the last one's, two and three blocks apart; what turns
     float slow_sum_pu[2], slow_before_pu[2];     ///< errors of a stretch of blocks, and mean of the one before
     float slow_pu2;                              ///< product of neighbouring stretches' means
     float slow_x_pu[DQW_ESTIMATOR_INPUTS];       ///< sums of a stretch's inputs on one axis,

@@ -108,7 +108,8 @@ typedef struct dqw_estimator_q15_given {
 
 /// What of the residual lasts, and what of each input could make it a parameter's.
 typedef struct dqw_residual_q15 {
-    /// product of the last block's error with that two and three blocks before, and of neighbouring stretches' means
+    /// product of the last block's error with that two and three blocks before, what of it turns six times with the
+    /// rotor, and of neighbouring stretches' means
     int32_t lasting_q38[3], slow_q38;
     uint32_t alone_q31[DQW_ESTIMATOR_Q15_INPUTS];       ///< power of each input that no other one explains
     uint32_t slow_alone_q31[DQW_ESTIMATOR_Q15_INPUTS];  ///< and of its means over a stretch

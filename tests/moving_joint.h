@@ -9,6 +9,16 @@
 
 static const double TRUTH[] = {0.5, 1.0e-3, 1.4e-3, 0.020};  // of joint_24v: R, L_d, L_q, flux
 
+// Mean voltages of a pair of samples, d and q, from both samples' currents and speeds.
+static inline void pair_voltages(double R_ohm, double i[2][2], const double w[2], double v_V[2])
+{
+    const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
+    const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
+    v_V[0] = R_ohm * 0.5 * (i[0][0] + i[1][0]) + TRUTH[1] * (i[1][0] - i[0][0]) / DT_S - TRUTH[2] * wq;
+    v_V[1] = R_ohm * 0.5 * (i[0][1] + i[1][1]) + TRUTH[2] * (i[1][1] - i[0][1]) / DT_S + TRUTH[1] * wd +
+             4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
+}
+
 // Currents and speed as sines, voltages from them.
 static inline dqw_sample moving(long k, double R_ohm, double noise, test_random *r)
 {
@@ -20,12 +30,9 @@ static inline dqw_sample moving(long k, double R_ohm, double noise, test_random 
         i[n][1] = 2.0 * sin(2 * PI * 53 * t + 2) + 0.5 + 1.0 * sin(2 * PI * 229 * t);
         w[n] = 70 * sin(2 * PI * 3 * t);
     }
-    const double wd = 4 * 0.5 * (w[0] * i[0][0] + w[1] * i[1][0]);
-    const double wq = 4 * 0.5 * (w[0] * i[0][1] + w[1] * i[1][1]);
-    const double v_d = R_ohm * 0.5 * (i[0][0] + i[1][0]) + TRUTH[1] * (i[1][0] - i[0][0]) / DT_S - TRUTH[2] * wq;
-    const double v_q = R_ohm * 0.5 * (i[0][1] + i[1][1]) + TRUTH[2] * (i[1][1] - i[0][1]) / DT_S + TRUTH[1] * wd +
-                       4 * TRUTH[3] * 0.5 * (w[0] + w[1]);
-    double x[] = {v_d, v_q, i[0][0], i[0][1], w[0]};
+    double v_V[2];
+    pair_voltages(R_ohm, i, w, v_V);
+    double x[] = {v_V[0], v_V[1], i[0][0], i[0][1], w[0]};
     static const double size[] = {2, 2, 1.4, 1.7, 50};
     for (int n = 0; n < 5 && noise > 0; n++) x[n] += noise * size[n] * random_normal(r);
     const dqw_sample s = {.v_d_V = (float)x[0],

@@ -446,6 +446,29 @@ static void test_a_pace_of_any_speed(void)
     }
 }
 
+// A pair of a speed that swings by `by` about `about`, rad/s, and the angles at both samples.
+static void swinging(long k, double about, double by, double w[2], double theta[2])
+{
+    for (int n = 0; n < 2; n++) {
+        const double t = (double)(k + n) * DT_S;
+        w[n] = about + by * sin(2 * PI * 0.7 * t);
+        theta[n] = 4 * (about * t - by / (2 * PI * 0.7) * cos(2 * PI * 0.7 * t));
+    }
+}
+
+// With 2 mV of noise on the voltages.
+static dqw_sample with_noise(const double v_V[2], double i[2][2], const double w[2], test_random *r)
+{
+    const double v_d_V = v_V[0] + 0.002 * random_normal(r);
+    const double v_q_V = v_V[1] + 0.002 * random_normal(r);
+    const dqw_sample s = {.v_d_V = (float)v_d_V,
+                          .v_q_V = (float)v_q_V,
+                          .i_d_A = (float)i[0][0],
+                          .i_q_A = (float)i[0][1],
+                          .w_m_rad_s = (float)w[0]};
+    return s;
+}
+
 // What turns six times with the rotor, as slots and unlike magnets make it: a voltage that the model lacks, and a ripple of
 // the currents behind it. Speeds vary, so that no correlation of blocks shows it, and L_d follows the ripple, for little
 // else moves i_d. The angle tells.
@@ -461,30 +484,23 @@ static void test_what_turns_six_times_is_seen(void)
         begin(&p);
         test_random r = {61};
         for (long k = 0; k < (quick() ? 80000 : 200000); k++) {
-            double i_d[2];
-            double i_q[2];
+            double i[2][2];
             double w[2];
             double theta[2];
+            double v_V[2];
+            swinging(k, 100, 40, w, theta);
             for (int n = 0; n < 2; n++) {
                 const double t = (double)(k + n) * DT_S;
-                w[n] = 100 + 40 * sin(2 * PI * 0.7 * t);
-                theta[n] = 4 * (100 * t - 40 / (2 * PI * 0.7) * cos(2 * PI * 0.7 * t));
-                i_d[n] = -0.5 + 0.2 * sin(2 * PI * 1.9 * t) + ripple_A * sin(6 * theta[n]);
-                i_q[n] = 1.5 + 0.5 * sin(2 * PI * 2.3 * t + 2) + ripple_A * cos(6 * theta[n]);
+                i[n][0] = -0.5 + 0.2 * sin(2 * PI * 1.9 * t) + ripple_A * sin(6 * theta[n]);
+                i[n][1] = 1.5 + 0.5 * sin(2 * PI * 2.3 * t + 2) + ripple_A * cos(6 * theta[n]);
             }
-            const double we = 2 * (w[0] + w[1]);
+            pair_voltages(TRUTH[0], i, w, v_V);
+            const double lacks_V = 1e-4 * 2 * (w[0] + w[1]);
             const double at = 3 * (theta[0] + theta[1]) + behind_rad;
-            const double v_d = TRUTH[0] * 0.5 * (i_d[0] + i_d[1]) + TRUTH[1] * (i_d[1] - i_d[0]) / DT_S -
-                               2 * TRUTH[2] * (w[0] * i_q[0] + w[1] * i_q[1]) + 1e-4 * we * cos(at);
-            const double v_q = TRUTH[0] * 0.5 * (i_q[0] + i_q[1]) + TRUTH[2] * (i_q[1] - i_q[0]) / DT_S +
-                               2 * TRUTH[1] * (w[0] * i_d[0] + w[1] * i_d[1]) + we * TRUTH[3] - 1e-4 * we * sin(at);
-            const dqw_sample s = {.v_d_V = (float)(v_d + 0.002 * random_normal(&r)),
-                                  .v_q_V = (float)(v_q + 0.002 * random_normal(&r)),
-                                  .i_d_A = (float)i_d[0],
-                                  .i_q_A = (float)i_q[0],
-                                  .w_m_rad_s = (float)w[0],
-                                  .cosine = told ? (float)cos(theta[0]) : 0.0f,
-                                  .sine = told ? (float)sin(theta[0]) : 0.0f};
+            v_V[0] += lacks_V * cos(at);
+            v_V[1] -= lacks_V * sin(at);
+            dqw_sample s = with_noise(v_V, i, w, &r);
+            if (told) s.cosine = (float)cos(theta[0]), s.sine = (float)sin(theta[0]);
             (void)step(&p, &s);
         }
         for (int i = DQW_LD; i <= DQW_LQ; i++) {
@@ -519,32 +535,22 @@ static void test_a_change_does_not_turn(void)
     double before[2][2] = {{0}};
     const long at = 160000;
     for (long k = 0; k < at + 36000; k++) {
-        double i_d[2];
-        double i_q[2];
+        double i[2][2];
         double w[2];
-        double theta = 0;
+        double theta[2];
+        double v_V[2];
+        swinging(k, 15, 0.75, w, theta);
         for (int n = 0; n < 2; n++) {
             const double t = (double)(k + n) * DT_S;
-            w[n] = 15 + 0.75 * sin(2 * PI * 0.7 * t);
-            theta = 4 * (15 * t - 0.75 / (2 * PI * 0.7) * cos(2 * PI * 0.7 * t));
-            i_d[n] = -0.5 + 0.5 * sin(2 * PI * 7.9 * t);
-            i_q[n] = 1.5 + 1.2 * sin(2 * PI * 9.3 * t + 2);
+            i[n][0] = -0.5 + 0.5 * sin(2 * PI * 7.9 * t);
+            i[n][1] = 1.5 + 1.2 * sin(2 * PI * 9.3 * t + 2);
         }
-        const double R = k < at ? TRUTH[0] : 1.25 * TRUTH[0];
-        const dqw_sample s = {.v_d_V = (float)(R * 0.5 * (i_d[0] + i_d[1]) + TRUTH[1] * (i_d[1] - i_d[0]) / DT_S -
-                                               2 * TRUTH[2] * (w[0] * i_q[0] + w[1] * i_q[1]) +
-                                               0.002 * random_normal(&r)),
-                              .v_q_V = (float)(R * 0.5 * (i_q[0] + i_q[1]) + TRUTH[2] * (i_q[1] - i_q[0]) / DT_S +
-                                               2 * TRUTH[1] * (w[0] * i_d[0] + w[1] * i_d[1]) +
-                                               2 * (w[0] + w[1]) * TRUTH[3] + 0.002 * random_normal(&r)),
-                              .i_d_A = (float)i_d[0],
-                              .i_q_A = (float)i_q[0],
-                              .w_m_rad_s = (float)w[0],
-                              .cosine = (float)cos(theta),
-                              .sine = (float)sin(theta)};
+        pair_voltages(k < at ? TRUTH[0] : 1.25 * TRUTH[0], i, w, v_V);
+        dqw_sample s = with_noise(v_V, i, w, &r);
+        s.cosine = (float)cos(theta[0]), s.sine = (float)sin(theta[0]);
         (void)step(&p, &s);
         if (k == at)
-            for (int i = 0; i < 2; i++) before[0][i] = f_sd(&p, DQW_LD + i), before[1][i] = q_sd(&p, DQW_LD + i);
+            for (int n = 0; n < 2; n++) before[0][n] = f_sd(&p, DQW_LD + n), before[1][n] = q_sd(&p, DQW_LD + n);
     }
     HOLDS(p.f.opened > 0 && p.q.residual.opened > 0);
     for (int i = 0; i < 2; i++) {

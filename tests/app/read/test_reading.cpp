@@ -282,7 +282,7 @@ static void stamps_that_go_back_are_left_out_while_few(void)
     expect_refused(head + back, "[machine]\npole_pairs = 7\n", 3, "expected time to increase");
 }
 
-static void stamps_of_ones_own_names_are_no_stricter(void)
+static void stamps_that_repeat_are_left_out_or_too_coarse(void)
 {
     const std::string head = "t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s\n", machine = "[machine]\npole_pairs = 4\n";
     const auto rows_of = [](auto&& stamp) {
@@ -419,7 +419,7 @@ int main(void)
     RUN_TEST(a_wrong_unit_is_warned_of_with_the_line_that_corrects_it);
     RUN_TEST(a_format_nearly_there_says_what_differs);
     RUN_TEST(stamps_that_go_back_are_left_out_while_few);
-    RUN_TEST(stamps_of_ones_own_names_are_no_stricter);
+    RUN_TEST(stamps_that_repeat_are_left_out_or_too_coarse);
     RUN_TEST(voltages_of_another_file_are_joined_where_nothing_moves);
     RUN_TEST(lost_messages_are_a_gap_by_their_counter);
     RUN_TEST(the_links_voltage_comes_from_the_file_beside_it);
