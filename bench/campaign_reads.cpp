@@ -52,7 +52,6 @@ struct Float {
     {
         return static_cast<double>(dqw_monitor_sensitivity(&m, static_cast<dqw_monitor_channel>(channel)));
     }
-    static constexpr int channels = DQW_WATCH_CHANNELS;
 };
 
 struct Fixed {
@@ -77,14 +76,17 @@ struct Fixed {
     dqw_reading read(int channel) const
     {
         const dqw_reading_q15 r = dqw_monitor_read_q15(&m, static_cast<dqw_monitor_channel>(channel));
-        const double unit = dqw::unit_q15(config.estimator, channel);
+        const double unit = dqw::channel_unit_q15(config.estimator, channel);
         const auto sd = [&](std::int64_t x) {
             return x == INT64_MAX ? DQW_UNKNOWN : static_cast<float>(dqw::si(x, unit));
         };
         return {static_cast<float>(dqw::si(r.value_q40, unit)), sd(r.sd_q40), sd(r.sd_change_q40), r.usable};
     }
-    double sensitivity(int) const { return static_cast<double>(DQW_UNKNOWN); }
-    static constexpr int channels = DQW_WATCH_ANGLE + 1;
+    double sensitivity(int channel) const
+    {
+        const std::int64_t least = dqw_monitor_sensitivity_q15(&m, static_cast<dqw_monitor_channel>(channel));
+        return least == INT64_MAX ? INFINITY : dqw::si(least, dqw::channel_unit_q15(config.estimator, channel));
+    }
 };
 
 std::string number(double x) { return std::fabs(x) < 3e38 ? fmt::format("{:.7g}", x) : "null"; }
@@ -108,7 +110,7 @@ template <class Monitor> void run(const dqw::Log& log, const dqw::MonitorSetup& 
         });
     std::string text = fmt::format("{{\"why\": \"{}\", \"modulation\": {}", dqw_why_text(monitor.why()),
                                    static_cast<int>(setup.config.estimator.modulation));
-    for (int channel = 0; channel < Monitor::channels; ++channel) {
+    for (int channel = 0; channel < DQW_WATCH_CHANNELS; ++channel) {
         const dqw_reading r = monitor.read(channel);
         text += fmt::format(
             ", \"{}\": {{\"value\": {}, \"sd\": {}, \"sd_change\": {}, \"usable\": {}, \"sensitivity\": {}}}",

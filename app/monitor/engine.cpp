@@ -350,24 +350,7 @@ private:
 
     static double sd_of(std::int64_t sd_q40) { return sd_q40 == INT64_MAX ? INFINITY : static_cast<double>(sd_q40); }
 
-    /// What 1 of a channel's reading is, SI.
-    double unit_of(int channel) const
-    {
-        const dqw_estimator_q15_config& t = config_.estimator;
-        const auto unit = [&](int i) { return unit_q15(t, i); };
-        switch (channel) {
-        case DQW_WATCH_OFFSET: return full_.i_A;
-        case DQW_WATCH_RESISTANCE: return unit(DQW_R);
-        case DQW_WATCH_REACTANCE: return 0.5 * (unit(DQW_LD) + unit(DQW_LQ));
-        case DQW_WATCH_SHORT: return kQ40 * static_cast<double>(dqw_witness_short_q40(&t)) / unit(DQW_R);
-        case DQW_WATCH_FRICTION: return 1.5 * t.scale.pole_pairs * unit(DQW_PSI) * full_.i_A;
-        case DQW_WATCH_TEMPERATURE:
-        case DQW_WATCH_MAP_D:
-        case DQW_WATCH_MAP_Q: return 1.0;
-        case DQW_WATCH_RESIDUAL: return full_.v_V;
-        default: return unit(channel);
-        }
-    }
+    double unit_of(int channel) const { return channel_unit_q15(config_.estimator, channel); }
 
     dqw_monitor_q15_config config_;
     const std::vector<dqw_effect_q15_config> effects_;
@@ -380,6 +363,24 @@ private:
 dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup)
 {
     return dqw_monitor_config_in_q15(&setup.config, DQW_Q15_ROOM);
+}
+
+double channel_unit_q15(const dqw_estimator_q15_config& c, int channel)
+{
+    const auto unit = [&](int i) { return unit_q15(c, i); };
+    const FullScales full = full_scales(c.scale);
+    switch (channel) {
+    case DQW_WATCH_OFFSET: return full.i_A;
+    case DQW_WATCH_RESISTANCE: return unit(DQW_R);
+    case DQW_WATCH_REACTANCE: return 0.5 * (unit(DQW_LD) + unit(DQW_LQ));
+    case DQW_WATCH_SHORT: return kQ40 * static_cast<double>(dqw_witness_short_q40(&c)) / unit(DQW_R);
+    case DQW_WATCH_FRICTION: return 1.5 * c.scale.pole_pairs * unit(DQW_PSI) * full.i_A;
+    case DQW_WATCH_TEMPERATURE:
+    case DQW_WATCH_MAP_D:
+    case DQW_WATCH_MAP_Q: return 1.0;
+    case DQW_WATCH_RESIDUAL: return full.v_V;
+    default: return unit(channel);
+    }
 }
 
 std::unique_ptr<MonitorEngine> monitor_engine(const MonitorSetup& setup, bool fixed_point)

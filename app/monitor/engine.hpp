@@ -70,5 +70,8 @@ std::unique_ptr<MonitorEngine> monitor_engine(const MonitorSetup& setup, bool fi
 /// With what it runs in fixed point. Throws std::invalid_argument for what that does not take.
 dqw_monitor_q15_config q15_monitor_config(const MonitorSetup& setup);
 
+/// What 1 of a channel's reading in fixed point is, in the unit that float reads it in.
+double channel_unit_q15(const dqw_estimator_q15_config& c, int channel);
+
 }  // namespace dqw
 #endif

@@ -274,6 +274,22 @@ static void what_grows_while_healthy_is_learned_is_not_taken_in(void)
     }
 }
 
+// A friction is half the difference of two directions: it takes 32 reversals to be known, and as many to be another.
+static void a_worn_bearing_is_told(void)
+{
+    const Folder folder;
+    TEST_ASSERT_EQUAL_INT(0, command::dqwatch({"sim", "fault_bearing", "--out", folder / ""}).code);
+    for (const char* arith : {"float", "q15"}) {
+        const json e = one_event(
+            monitor({folder / "fault_bearing.csv", "--arith", arith, "--json", "--out", folder / "o"}).out);
+        TEST_ASSERT_EQUAL_STRING("bearing_wear", e.at("fault").get<std::string>().c_str());
+        TEST_ASSERT_DOUBLE_WITHIN(7.0, 22.0, e.at("t_s").get<double>());
+        // 1e-3 Nms/rad at 71 rad/s, what the stretches beside a reversal have; 0.8 Nm and as much again come in.
+        TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.071, e.at("healthy").get<double>());
+        TEST_ASSERT_TRUE(e.at("value").get<double>() > 0.5 && e.at("value").get<double>() < 0.071 + 0.871 + 0.1);
+    }
+}
+
 static void an_angle_and_a_machine_file_are_no_must(void)
 {
     const Folder folder;
@@ -532,6 +548,7 @@ int main(void)
     RUN_TEST(lost_flux_is_one_event_in_lines_text_and_page);
     RUN_TEST(faults_have_their_names_and_phases);
     RUN_TEST(what_grows_while_healthy_is_learned_is_not_taken_in);
+    RUN_TEST(a_worn_bearing_is_told);
     RUN_TEST(an_angle_and_a_machine_file_are_no_must);
     RUN_TEST(events_keep_the_logs_time);
     RUN_TEST(what_a_trace_found_is_learned);
