@@ -2,7 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 namespace dqw {
+
+std::string as_utf8(std::string_view bytes)
+{
+    std::string text(bytes);
+    try {
+        (void)nlohmann::json(text).dump();
+        return text;
+    } catch (const nlohmann::json::type_error&) {
+        text.clear();
+    }
+    for (const char c : bytes) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte >= 0x80) text += static_cast<char>(byte < 0xc0 ? 0xc2 : 0xc3);
+        text += static_cast<char>(byte < 0xc0 ? byte : byte - 0x40);
+    }
+    return text;
+}
 
 std::string printable(std::string_view bytes)
 {
@@ -20,7 +40,10 @@ std::string printable(std::string_view bytes)
 
 std::string shown(std::string_view bytes, std::size_t max)
 {
-    return "\"" + printable(bytes.substr(0, max)) + (bytes.size() > max ? "…\"" : "\"");
+    // Not within a character.
+    std::size_t end = std::min(max, bytes.size());
+    while (end > 0 && end < bytes.size() && (static_cast<unsigned char>(bytes[end]) & 0xc0U) == 0x80U) --end;
+    return "\"" + printable(bytes.substr(0, end)) + (end < bytes.size() ? "…\"" : "\"");
 }
 
 std::string list(const std::vector<std::string>& items, std::size_t max)

@@ -9,6 +9,9 @@
 
 namespace dqw {
 
+/// `bytes` as UTF-8: what is none is taken as Latin-1, which a header with "°C" in one byte is.
+std::string as_utf8(std::string_view bytes);
+
 /// `bytes` as one line that is safe on a terminal: control bytes as \xNN.
 std::string printable(std::string_view bytes);
 

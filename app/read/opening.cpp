@@ -94,7 +94,7 @@ Opening::Opening(const std::string& path) : source_(std::make_unique<LineSource>
     while (starts(line, "#") || starts(line, "MOT:") || (scope && !starts(line, "TIME,"))) {
         if (head.comments.size() >= most_preamble_lines)
             throw InputError(path, line_, fmt::format("no header within {} lines", most_preamble_lines));
-        head.comments.push_back(line.substr(starts(line, "#") ? 1 : 0));
+        head.comments.push_back(as_utf8(line.substr(starts(line, "#") ? 1 : 0)));
         if (!read(line)) throw InputError(path, line_, "comments and nothing else; expected a header and rows");
         refuse_foreign_encodings(path, line_, line);
     }
@@ -159,7 +159,7 @@ void Opening::read_header(const std::string& path, std::string line)
     if (trimmed(line).empty()) throw InputError(path, line_, "an empty line; expected a CSV header");
     head.line = line_;
     head.separator = separator_of(line);
-    head.fields = split(line, head.separator);
+    head.fields = split(as_utf8(line), head.separator);
     if (head.fields.size() > 1 && head.fields.back().empty()) {
         head.trailing_separator = true;
         head.fields.pop_back();
@@ -182,7 +182,7 @@ void Opening::look_at_rows()
             seen_.emplace_back(line, line_);
             continue;
         }
-        std::vector<std::string> fields = split(line, head.separator);
+        std::vector<std::string> fields = split(as_utf8(line), head.separator);
         if (head.rows.empty() && head.units.empty() && is_line_of_units(head, fields)) {
             for (const std::string& field : fields) head.units.push_back(without_brackets(field));
             continue;

@@ -178,8 +178,12 @@ static void a_header_of_common_names_is_proposed_for(void)
                              "i_q_A = { from = \"i_q\", unit = \"A\" } ?\n"
                              "w_m_rad_s = { from = \"w_m\", unit = \"rad/s\" } ?\n",
                              proposed("t,u_d,u_q [MV],i_d,i_q,w_m").c_str());
+    // One byte a character, as Latin-1 has it.
+    TEST_ASSERT_EQUAL_STRING("t_s = { from = \"Time [µs]\", unit = \"µs\" }\n"
+                             "theta_e_rad = { from = \"theta [°]\", unit = \"deg\" }\n",
+                             proposed("Time [\xb5s],theta [\xb0]").c_str());
     // What TOML cannot name, or the reader would find twice, is none; nor are phases of several units.
-    TEST_ASSERT_EQUAL_STRING("i_q_A = { from = \"iq\", unit = \"A\" } ?\n", proposed("Time [\xb5s],id,iq,id").c_str());
+    TEST_ASSERT_EQUAL_STRING("i_q_A = { from = \"iq\", unit = \"A\" } ?\n", proposed("Time [\x01s],id,iq,id").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("t_s,ia [mA],ib [A]").c_str());
     TEST_ASSERT_EQUAL_STRING("", proposed("t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta").c_str());
 }
