@@ -80,6 +80,12 @@ static inline bool dqw_estimator_has_map(const dqw_estimator *e)
 #endif
 }
 
+/// Is it known what lasts while nothing seems to change? One segment's statistics are few.
+static inline bool dqw_estimator_knows_calm(const dqw_estimator *e)
+{
+    return e->segment.segments >= 2;
+}
+
 /// Is it none of the machine's own weights, nor a map's?
 static inline bool dqw_estimator_is_apart(const dqw_estimator *e, int weight)
 {

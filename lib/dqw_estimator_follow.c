@@ -7,8 +7,6 @@
 // A segment takes so much of learned blocks at least and at most.
 #define SEGMENT_LEAST_S 0.35f
 #define SEGMENT_MOST_S 20.0f
-// Until then what lasts is not known.
-#define SEGMENTS_FIRST 2u
 // What lasts in health may rise by this part of itself in a segment; from nothing to what noise would hide, some per
 // cent of the residual, in about as many segments as bands are young.
 #define CALM_RISE 0.15f
@@ -141,7 +139,7 @@ static float calmer(float calm, float now, float all, bool first)
 static void keep_calm(dqw_estimator *e)
 {
     const dqw_lasting now = dqw_estimator_lasting(e);
-    const bool first = e->segment.segments < SEGMENTS_FIRST;
+    const bool first = !dqw_estimator_knows_calm(e);
     dqw_lasting *calm = &e->calm;
     calm->fast_pu2 = calmer(calm->fast_pu2, now.fast_pu2, calm->all_pu2, first);
     calm->slow_pu2 = calmer(calm->slow_pu2, now.slow_pu2, calm->all_pu2, first);

@@ -204,6 +204,12 @@ static inline bool dqw_estimator_has_map_q15(const dqw_estimator_q15 *e)
 #endif
 }
 
+/// Is it known what lasts while nothing seems to change? One segment's statistics are few.
+static inline bool dqw_estimator_knows_calm_q15(const dqw_estimator_q15 *e)
+{
+    return e->segment.segments >= 2;
+}
+
 /// Is it none of the machine's own weights, nor a map's?
 static inline bool dqw_estimator_is_apart_q15(const dqw_estimator_q15 *e, int weight)
 {

@@ -12,7 +12,6 @@
 // A segment takes 0.35 s of learned blocks at least and 20 s at most.
 #define SEGMENT_LEAST_NS 350000000
 #define SEGMENT_MOST_NS 20000000000
-#define SEGMENTS_FIRST 2u
 // Bands to begin with, and the narrowest: 0.002 of R and L, 0.00035 of the flux, which is known best. How far a weight
 // may have jumped at once: 0.3 and 0.1 of it; what changed by more is found once more. Dead time's are of a thirtieth
 // of the full voltage: 0.009 and 0.9.
@@ -271,7 +270,7 @@ static int64_t calmer(int64_t calm_q56, int64_t now_q56, int64_t all_q56, bool f
 static dqw_lasting_q15 keep_calm(dqw_estimator_q15 *e)
 {
     const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-    const bool first = e->segment.segments < SEGMENTS_FIRST;
+    const bool first = !dqw_estimator_knows_calm_q15(e);
     dqw_lasting_q15 calm = dqw_estimator_calm_q15(e);
     calm.fast_q56 = calmer(calm.fast_q56, now.fast_q56, calm.all_q56, first);
     calm.slow_q56 = calmer(calm.slow_q56, now.slow_q56, calm.all_q56, first);
