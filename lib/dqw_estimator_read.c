@@ -231,12 +231,7 @@ float dqw_estimator_sd(const dqw_estimator *e, int weight)
 
 float dqw_estimator_sd_since(const dqw_estimator *e, int weight, uint16_t since)
 {
-    dqw_lasting lasts = e->calm;
-    if (!dqw_estimator_knows_calm(e)) {
-        const dqw_lasting now = dqw_estimator_lasting(e);
-        if (now.fast_pu2 > lasts.fast_pu2) lasts.fast_pu2 = now.fast_pu2;
-        if (now.slow_pu2 > lasts.slow_pu2) lasts.slow_pu2 = now.slow_pu2;
-    }
+    const dqw_lasting lasts = dqw_estimator_knows_calm(e) ? e->calm : dqw_estimator_lasting(e);
     const float hides = hidden(e, weight, &lasts, MODEL_PART, 0);
     const float met = 1.0f + (float)since;
     return with(dqw_estimator_noise_sd(e, weight), hides < DQW_UNKNOWN ? hides / sqrtf(met) : DQW_UNKNOWN);

@@ -275,12 +275,8 @@ int32_t dqw_estimator_sd_since_q24(const dqw_estimator_q15 *e, int weight, uint1
 {
     const int64_t noise = noise_q56(e, weight);
     if (noise == INT64_MAX) return INT32_MAX;
-    dqw_lasting_q15 lasts = dqw_estimator_calm_q15(e);
-    if (!dqw_estimator_knows_calm_q15(e)) {
-        const dqw_lasting_q15 now = dqw_estimator_lasting_q15(e);
-        if (now.fast_q56 > lasts.fast_q56) lasts.fast_q56 = now.fast_q56;
-        if (now.slow_q56 > lasts.slow_q56) lasts.slow_q56 = now.slow_q56;
-    }
+    const dqw_lasting_q15 lasts = dqw_estimator_knows_calm_q15(e) ? dqw_estimator_calm_q15(e)
+                                                                  : dqw_estimator_lasting_q15(e);
     const int64_t hides = hidden_q56(e, weight, &lasts, MODEL_PART2_Q31, 0);
     const int64_t met = 1 + (int64_t)since;
     return root_q24(e, weight, hides == INT64_MAX ? INT64_MAX : sum_q56(noise, dqw_q_quotient64(hides, met, 0)));

@@ -112,8 +112,7 @@ static inline known_sd known_of(const known_state *s, const known_weight *w)
     known_lasting(s, &fast2, &slow2);
     const double noise2 = known_noise2(s, w);
     const bool calm = s->segments >= 2;
-    const double then2 = known_hidden2(s, w, calm ? s->calm_fast2 : fmax(s->calm_fast2, fast2),
-                                       calm ? s->calm_slow2 : fmax(s->calm_slow2, slow2), 0.4);
+    const double then2 = known_hidden2(s, w, calm ? s->calm_fast2 : fast2, calm ? s->calm_slow2 : slow2, 0.4);
     const double scale2 = pow(s->voltage_scale * w->w, 2);
     const double value2 = known_hidden2(s, w, fmax(fast2, known_turning(s)), slow2, w->is_L ? 0.25 : 0.4);
     const double now2 = value2 + known_opened2(s, w);
