@@ -235,6 +235,12 @@ static bool is_known(const dqw_monitor *m, int weight)
     return sd(m, weight) * parts < value(m, weight);
 }
 
+// Has no segment ended yet? A drive has then been seen at one operating point.
+static bool is_young(const dqw_monitor *m)
+{
+    return dqw_estimator_forgets(&m->estimator) && m->estimator.segment.segments == 0;
+}
+
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor *m, int channel)
 {
@@ -247,10 +253,9 @@ static void settle(dqw_monitor *m, int channel)
     const float band = dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const bool young = dqw_estimator_forgets(&m->estimator) && m->estimator.segment.segments == 0;
-    const enum dqw_watch_known known = young || !(x.sd < KNOWN_BANDS * band) ? DQW_WATCH_NOT_KNOWN
-                                       : x.sd < known_part(channel) * band   ? DQW_WATCH_KNOWN_WELL
-                                                                             : DQW_WATCH_KNOWN;
+    const enum dqw_watch_known known = is_young(m) || !(x.sd < KNOWN_BANDS * band) ? DQW_WATCH_NOT_KNOWN
+                                       : x.sd < known_part(channel) * band         ? DQW_WATCH_KNOWN_WELL
+                                                                                   : DQW_WATCH_KNOWN;
     const uint8_t looks = dqw_watch_settle(&m->watch, channel, known, deviation_q5(m, channel));
     if (looks == 0) return;
     const float before = m->healthy.weight[channel <= DQW_WATCH_PSI ? channel : 0];
@@ -441,11 +446,12 @@ static void enter_service(dqw_monitor *m)
 }
 
 // L_d shows only where i_d is not 0: without it the other three are watched. A frame that is about to turn (E102) moves
-// them all.
+// them all. Where the model did not hold a standstill's residual says nothing: there one segment is waited for.
 static bool known(const dqw_monitor *m)
 {
     const bool frame = m->estimator.across == 0;
-    return frame && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
+    const bool holds = m->estimator.stage.times_back == 0 || !is_young(m);
+    return frame && holds && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
 static void stage(dqw_monitor *m)

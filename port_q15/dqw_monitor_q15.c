@@ -368,6 +368,12 @@ static bool is_known(const dqw_monitor_q15 *m, int weight)
     return (int64_t)sd(m, weight) * parts < value(m, weight);
 }
 
+// Has no segment ended yet? A drive has then been seen at one operating point.
+static bool is_young(const dqw_monitor_q15 *m)
+{
+    return dqw_estimator_forgets_q15(&m->estimator) && m->estimator.segment.segments == 0;
+}
+
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
 static void settle(dqw_monitor_q15 *m, int channel)
 {
@@ -383,7 +389,7 @@ static void settle(dqw_monitor_q15 *m, int channel)
     const int32_t band = dqw_monitor_band_of_q15(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const bool young = dqw_estimator_forgets_q15(&m->estimator) && m->estimator.segment.segments == 0;
+    const bool young = is_young(m);
     enum dqw_watch_known known = DQW_WATCH_NOT_KNOWN;
     if (!young && within_part(x.sd, KNOWN_BANDS_Q15, band)) known = DQW_WATCH_KNOWN;
     if (!young && within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;
@@ -499,11 +505,12 @@ static void enter_service(dqw_monitor_q15 *m)
 }
 
 // L_d shows only where i_d is not 0: without it the other three are watched. A frame that is about to turn (E102) moves
-// them all.
+// them all. Where the model did not hold a standstill's residual says nothing: there one segment is waited for.
 static bool known(const dqw_monitor_q15 *m)
 {
     const bool frame = m->estimator.across == 0;
-    return frame && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
+    const bool holds = m->estimator.stage.times_back == 0 || !is_young(m);
+    return frame && holds && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 
 static void stage(dqw_monitor_q15 *m)

@@ -307,6 +307,25 @@ static void test_no_healthy_value_settles_in_the_first_segment(void)
     for (int i = DQW_WATCH_R; i <= DQW_WATCH_PSI; i++) HOLDS(t.f.watch.looks[i] > 0 && t.q.watch.looks[i] > 0);
 }
 
+// The same drive where the model did not hold before: what a standstill leaves of it is little, and no reason to watch.
+static void test_service_waits_for_a_segment_where_the_model_did_not_hold(void)
+{
+    const dqw_sim_scenario s = joint(1.2);
+    simulate(&s);
+    static twins t;
+    configure(&t);
+    t.fc.estimator.half_window = t.qc.estimator.half_window = 6;
+    begin_with(&t, false);
+    t.f.estimator.stage.times_back = t.q.estimator.stage.times_back = 1;
+    for (int k = 0; k < row_count; k += 100) {
+        (void)watch(&t, k, k + 100);
+        CASE("%g s", k * DT_S);
+        HOLDS(t.f.estimator.stage.name != DQW_STAGE_IN_SERVICE || t.f.estimator.segment.segments > 0);
+        HOLDS(t.q.estimator.stage.name != DQW_STAGE_IN_SERVICE || t.q.estimator.segment.segments > 0);
+    }
+    HOLDS(t.f.estimator.stage.name == DQW_STAGE_IN_SERVICE && t.q.estimator.stage.name == DQW_STAGE_IN_SERVICE);
+}
+
 static void test_both_tell_each_fault_by_its_name(void)
 {
     int known = 0;
@@ -728,6 +747,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_both_leave_a_healthy_joint_alone);
     RUN_TEST(test_no_healthy_value_settles_in_the_first_segment);
+    RUN_TEST(test_service_waits_for_a_segment_where_the_model_did_not_hold);
     RUN_TEST(test_both_tell_each_fault_by_its_name);
     RUN_TEST(test_both_name_alike);
     RUN_TEST(test_patterns_keep_their_direction);
