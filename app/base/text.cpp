@@ -40,9 +40,13 @@ std::string printable(std::string_view bytes)
 
 std::string shown(std::string_view bytes, std::size_t max)
 {
-    // Not within a character.
-    std::size_t end = std::min(max, bytes.size());
-    while (end > 0 && end < bytes.size() && (static_cast<unsigned char>(bytes[end]) & 0xc0U) == 0x80U) --end;
+    // Not within a character, which has four bytes at most: what has more of the kind is none.
+    constexpr std::size_t most_back = 3;
+    const std::size_t cut = std::min(max, bytes.size());
+    std::size_t end = cut;
+    while (end > 0 && cut - end < most_back && end < bytes.size() &&
+           (static_cast<unsigned char>(bytes[end]) & 0xc0U) == 0x80U)
+        --end;
     return "\"" + printable(bytes.substr(0, end)) + (end < bytes.size() ? "…\"" : "\"");
 }
 

@@ -275,16 +275,21 @@ static bool one_fault(const fault *f, int joined, bool lent, bool every_block)
     return true;
 }
 
+static void begin_with_short_blocks(twins *t)
+{
+    const dqw_sim_scenario s = joint(1.2);
+    simulate(&s);
+    configure(t);
+    t->fc.estimator.half_window = t->qc.estimator.half_window = 6;
+    begin_with(t, false);
+}
+
 // Blocks so short that a drive is in service before the first segment ends: at that one operating point weights may
 // stand for one another, however well they seem to be known.
 static void test_no_healthy_value_settles_in_the_first_segment(void)
 {
-    const dqw_sim_scenario s = joint(1.2);
-    simulate(&s);
     static twins t;
-    configure(&t);
-    t.fc.estimator.half_window = t.qc.estimator.half_window = 6;
-    begin_with(&t, false);
+    begin_with_short_blocks(&t);
     int served[2] = {0};
     int would = 0;
     for (int k = 0; k < row_count; k += 100) {
@@ -310,12 +315,8 @@ static void test_no_healthy_value_settles_in_the_first_segment(void)
 // The same drive where the model did not hold before: what a standstill leaves of it is little, and no reason to watch.
 static void test_service_waits_for_a_segment_where_the_model_did_not_hold(void)
 {
-    const dqw_sim_scenario s = joint(1.2);
-    simulate(&s);
     static twins t;
-    configure(&t);
-    t.fc.estimator.half_window = t.qc.estimator.half_window = 6;
-    begin_with(&t, false);
+    begin_with_short_blocks(&t);
     t.f.estimator.stage.times_back = t.q.estimator.stage.times_back = 1;
     for (int k = 0; k < row_count; k += 100) {
         (void)watch(&t, k, k + 100);

@@ -117,6 +117,16 @@ static void foreign_bytes_are_shown_safely(void)
 {
     TEST_ASSERT_EQUAL_STRING("\"a\\x1b[31m\"", dqw::shown("a\x1b[31m").c_str());
     TEST_ASSERT_EQUAL_STRING("\"aaaa…\"", dqw::shown("aaaaaaa", 4).c_str());
+    // Whole characters; of bytes that are none three less at most.
+    TEST_ASSERT_EQUAL_STRING("\"aaa…\"", dqw::shown("aaa°", 4).c_str());
+    TEST_ASSERT_EQUAL_size_t(1 + 7 + 4, dqw::shown(std::string(20, '\x80'), 10).size());
+    TEST_ASSERT_EQUAL_STRING("°C", dqw::as_utf8("\xb0"
+                                                "C")
+                                       .c_str());
+    TEST_ASSERT_EQUAL_STRING("ÿ°C", dqw::as_utf8("\xff\xb0"
+                                                 "C")
+                                        .c_str());
+    TEST_ASSERT_EQUAL_STRING("°C", dqw::as_utf8("°C").c_str());
     TEST_ASSERT_EQUAL_STRING("a, b … and 1 more", dqw::list({"a", "b", "c"}, 2).c_str());
     TEST_ASSERT_EQUAL_STRING("1 row", dqw::counted(1, "row").c_str());
     TEST_ASSERT_EQUAL_STRING("2 rows", dqw::counted(2, "row").c_str());
