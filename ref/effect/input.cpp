@@ -41,6 +41,19 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
     return m;
 }
 
+/// The moment as the legs have it: with the currents that flow, in the angle that it lacks. A controller gives back by
+/// what it is told, and a mean over turns has none of a sensor's error. (E182)
+const Moment& as_legs_have_it(const Input& input, const Moment& at, Moment& m)
+{
+    const bool more = at.told_more.d != 0.0 || at.told_more.q != 0.0;
+    if (!more || input.averaged) return turned(input, at, m);
+    Moment flows = at;
+    flows.i_d -= at.told_more.d, flows.i_q -= at.told_more.q;
+    flows.past_alpha -= at.past_more_alpha, flows.past_beta -= at.past_more_beta;
+    if (input.shape[1] == 0.0) return m = flows;
+    return turned(input, flows, m);
+}
+
 Phases phases_of(double alpha, double beta)
 {
     return {alpha, 0.5 * (kRoot3 * beta - alpha), -0.5 * (kRoot3 * beta + alpha)};
@@ -649,11 +662,25 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 
 bool loses_voltage(Law law) { return law == Law::voltage_offset || law == Law::voltage_scale; }
 
+namespace {
+
+bool shifts_currents(const Input& input)
+{
+    return input.law == Law::sample_shift &&
+           static_cast<Instant>(static_cast<int>(input.shape[0])) <= Instant::currents_after;
+}
+
+}  // namespace
+
+bool tells_other_currents(const Input& input)
+{
+    return input.law == Law::current_offset || input.law == Law::current_gain_mismatch || shifts_currents(input) ||
+           input.law == Law::pulsed_shift || filters_currents(input);
+}
+
 bool asks_for_lost(const Input& input)
 {
-    const bool of_currents = input.law == Law::sample_shift &&
-                             static_cast<Instant>(static_cast<int>(input.shape[0])) <= Instant::currents_after;
-    return of_currents || filters_currents(input) || input.law == Law::delay || input.law == Law::pulsed_shift ||
+    return shifts_currents(input) || filters_currents(input) || input.law == Law::delay || input.law == Law::pulsed_shift ||
            input.law == Law::iron_loss || input.law == Law::turn_short;
 }
 
@@ -749,7 +776,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::dead_clamped:
     case Law::dead_given_back: {
         Moment seen;
-        const Moment& m = turned(input, at, seen);
+        const Moment& m = as_legs_have_it(input, at, seen);
         const bool edges = input.loss == LossLaw::edges;
         if (edges ? at.ends : at.starts) break;
         for (int j = 0; j < count; ++j)
@@ -933,7 +960,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     case Law::dead_clamped:
     case Law::dead_given_back: {
         Moment seen;
-        const Moment& m = turned(input, at, seen);
+        const Moment& m = as_legs_have_it(input, at, seen);
         const double k = 1.0 / input.shape[0];
         double slope[3] = {}, out[4];
         if (input.loss == LossLaw::edges) {
@@ -1026,7 +1053,7 @@ namespace {
 void lost_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, double f_slope[4])
 {
     Moment seen;
-    const Moment& m = turned(input, at, seen);
+    const Moment& m = as_legs_have_it(input, at, seen);
     const Legs legs(input, m);
     const double by = 2.0 * weights[0];
     double out[4];
@@ -1041,7 +1068,7 @@ void lost_at_edges_with_slope(const Input& input, const double weights[], const 
                               double f_slope[4])
 {
     Moment seen;
-    const Moment& m = turned(input, at, seen);
+    const Moment& m = as_legs_have_it(input, at, seen);
     double out[4] = {};
     f = plus(f, weights[0], lost_at_edges(input, m, weights, out));
     for (int j = 1; j < weights_of(input.law); ++j)

@@ -44,6 +44,9 @@ inline bool is_angle(const Input& input, std::size_t shape) { return shape == 1 
 /// Whether it is a filter that the currents pass, whose time constant is its weight.
 bool filters_currents(const Input& input);
 
+/// Whether currents are told that do not flow at the row.
+bool tells_other_currents(const Input& input);
+
 /// Whether the angle is told at another instant than the rest.
 bool shifts_angle(const Input& input);
 
@@ -102,6 +105,8 @@ struct Moment {
     double held_alpha = 0, held_beta = 0;  ///< the voltage of its middle, stationary
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
     const Input* pulses = nullptr;         ///< the legs' pulses in which the voltage comes, where they are in the model
+    Vector2 told_more;                     ///< of the currents, by sensors, than flows
+    double past_more_alpha = 0, past_more_beta = 0;  ///< the same of the stationary ones at the start, for the end
 };
 
 /// f and g of one unit of each weight, as many as the law has, (E51) to (E53); of a delay, and of iron that turning

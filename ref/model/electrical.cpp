@@ -106,6 +106,7 @@ struct ElectricalModel::Plant {
     const Input* pulses = nullptr;  ///< of the legs, about what their mean voltage runs
     bool asks_next = false;         ///< for the voltage that begins at a row
     bool asks_before = false;       ///< for the currents of the row before a period
+    bool asks_told = false;         ///< for what sensors tell more than flows, where any do
     bool asks_lost = false;         ///< for what of the voltage does not reach the machine, where any is
     double lag_s = 0.0;             ///< of the currents' filter
     Angle ahead;                    ///< what the angle is of the rotor
@@ -130,15 +131,17 @@ struct ElectricalModel::Plant {
             if (t.input.law == Law::pulses) pulses = &t.input;
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
-            asks_lost = asks_lost || asks_for_lost(t.input);
+            asks_lost = asks_lost || asks_for_lost(t.input), asks_told = asks_told || asks_what_flows(t.input);
         }
         if (candidates != nullptr)
             for (const Input& c : *candidates) {
                 asks_next = asks_next || asks_for_next(c), asks_before = asks_before || c.law == Law::dead_given_back;
-                asks_lost = asks_lost || asks_for_lost(c);
+                asks_lost = asks_lost || asks_for_lost(c), asks_told = asks_told || asks_what_flows(c);
             }
         const auto loses = [](const Term& t) { return loses_voltage(t.input.law); };
+        const auto tells = [](const Term& t) { return tells_other_currents(t.input); };
         asks_lost = asks_lost && std::any_of(at.terms.begin(), at.terms.end(), loses);
+        asks_told = asks_told && std::any_of(at.terms.begin(), at.terms.end(), tells);
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
@@ -193,10 +196,21 @@ struct ElectricalModel::Plant {
         if (asks_lost) dqw::put_lost(at.terms, m);
     }
 
-    void put_currents(Moment& m, Vector2 i) const
+    /// Of row k, the currents at the end of a period; `m` has all else.
+    void put_currents(const Piece& piece, std::size_t k, Moment& m, Vector2 i) const
     {
         m.i_d = i.d, m.i_q = i.q;
         put_bend(m);
+        if (asks_told) put_told(at.terms, columns(piece), k, m);
+    }
+
+    /// Of both ends of the period from row k.
+    void put_told_more(const Piece& piece, std::size_t k, Moment& m0, Moment& m1) const
+    {
+        if (!asks_told) return;
+        put_told(at.terms, columns(piece), k, m0), put_told(at.terms, columns(piece), k + 1, m1);
+        m1.past_more_alpha = m0.cos_e * m0.told_more.d - m0.sin_e * m0.told_more.q;
+        m1.past_more_beta = m0.sin_e * m0.told_more.d + m0.cos_e * m0.told_more.q;
     }
 
     /// Along the rotor's axes, where a term asks for it.
@@ -276,6 +290,7 @@ struct ElectricalModel::Plant {
                m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
         put_lost(m0), put_lost(m1);
+        put_told_more(piece, k, m0, m1);
         Vector2 f0, g0, f1, g1;
         sum_terms(piece, k, m0, f0, g0);
         sum_terms(piece, k + 1, m1, f1, g1);
@@ -368,7 +383,7 @@ struct ElectricalModel::Run {
         Vector2 by, of_straight;
         step.next = {(x.d - last_taken.d) / plant.Ld, (x.q - last_taken.q) / plant.Lq};
         for (int n = 0; n < kIterations; ++n) {
-            plant.put_currents(m1, step.next);
+            plant.put_currents(piece, k + 1, m1, step.next);
             Taken bent, straight;
             plant.sum_terms(piece, k + 1, m1, bent, straight);
             const Vector2 before = of_straight, last = by;
@@ -405,6 +420,7 @@ struct ElectricalModel::Run {
                m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
         plant.put_lost(m0), plant.put_lost(m1);
+        plant.put_told_more(piece, k, m0, m1);
         if (!plant.at.terms.empty()) {
             Taken bent, straight;
             plant.sum_terms(piece, k, m0, bent, straight);
@@ -412,7 +428,7 @@ struct ElectricalModel::Run {
             end(k, dt, P, x - Q * (bent.flux(-dt) + straight.flux(-dt)), m1, step);
         }
         if (pass.candidates == nullptr) return;
-        plant.put_currents(m1, step.next);
+        plant.put_currents(piece, k + 1, m1, step.next);
         const TraceColumns& c = plant.columns(piece);
         std::size_t j = first_input;
         put_inputs(plant.at.terms, *pass.candidates, c, k, m0, units,

@@ -47,6 +47,49 @@ inline void put_lost(const std::vector<Term>& terms, Moment& m)
     }
 }
 
+inline bool asks_what_flows(const Input& input) { return is_dead_time(input.law) && !input.averaged; }
+
+/// What currents a sensor tells more, of the flux that takes it back.
+inline Vector2 told_more(const Moment& m, Vector2 g)
+{
+    const Vector2 of = m.ahead.on(g);
+    return m.ahead.back({-of.d / m.Ld, -of.q / m.Lq});
+}
+
+/// The currents that sensors tell more than flows. (E182)
+inline void put_told(const std::vector<Term>& terms, const TraceColumns& c, std::size_t k, Moment& m)
+{
+    Vector2 f, g;
+    for (const Term& t : terms) {
+        if (!tells_other_currents(t.input)) continue;
+        m.state = state_at(c, t.input, k);
+        evaluate_sum(t.input, t.weights.data(), m, f, g);
+    }
+    m.told_more = told_more(m, g);
+}
+
+/// Adds to f what dead times lose more for one unit of a sensor's weight, whose flux is g: by difference.
+inline void add_by_sensor(const std::vector<Term>& terms, const Moment& at, Vector2 g, Vector2& f)
+{
+    const Vector2 more = told_more(at, g);
+    const double size = std::hypot(more.d, more.q);
+    for (const Term& t : terms) {
+        if (!asks_what_flows(t.input) || !(size > 0.0)) continue;
+        // Of a width: a difference bends by as much, and rounds to 1e-13.
+        constexpr double kStep = 1e-3;
+        const double step = kStep * t.input.shape[0] / size;
+        Moment moved = at;
+        moved.told_more.d += step * more.d, moved.told_more.q += step * more.q;
+        // As much at the start, as seen from the stator.
+        moved.past_more_alpha += step * (at.cos_e * more.d - at.sin_e * more.q);
+        moved.past_more_beta += step * (at.sin_e * more.d + at.cos_e * more.q);
+        Vector2 f0, f1, of_g;
+        evaluate_sum(t.input, t.weights.data(), at, f0, of_g);
+        evaluate_sum(t.input, t.weights.data(), moved, f1, of_g);
+        f.d += (f1.d - f0.d) / step, f.q += (f1.q - f0.q) / step;
+    }
+}
+
 /// Hands put(f, g) the voltage f and the flux g that one unit of each weight and free shape of the terms, and of each
 /// weight of the candidates, takes at row k, in the order of a sweep's columns. A shape's by difference. Sets the
 /// moment's state.
@@ -59,7 +102,10 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         m.state = state_at(c, t.input, k);
         evaluate(t.input, m, f, g, t.weights.data());
         const int weights = weights_of(t.input.law), shapes = free_shapes_of(t.input);
-        for (int w = 0; w < weights; ++w) put(f[w], g[w]);
+        for (int w = 0; w < weights; ++w) {
+            if (tells_other_currents(t.input)) add_by_sensor(terms, m, g[w], f[w]);
+            put(f[w], g[w]);
+        }
         if (shapes == 0) continue;
         Vector2 f0, g0;
         if (is_dead_time(t.input.law)) {
@@ -86,7 +132,10 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         m.state = state_at(c, input, k);
         evaluate(input, m, f, g);
         const int weights = weights_of(input.law);
-        for (int w = 0; w < weights; ++w) put(f[w], g[w]);
+        for (int w = 0; w < weights; ++w) {
+            if (tells_other_currents(input)) add_by_sensor(terms, m, g[w], f[w]);
+            put(f[w], g[w]);
+        }
     }
 }
 

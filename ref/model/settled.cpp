@@ -56,6 +56,7 @@ Moment SettledModel::moment(const Point& at, const Log& log, const TraceColumns&
     put_state(at.terms, c, k, m);
     put_lost(at.terms, m);
     put_bends(at, m);
+    put_told(at.terms, c, k, m);
     return m;
 }
 

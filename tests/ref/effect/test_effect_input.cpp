@@ -586,6 +586,43 @@ void a_loss_with_its_slope()
         }
 }
 
+/// A leg loses by the current that flows through it, whatever a sensor tells of that; a controller gives back by what it
+/// is told. Of a mean over turns a sensor's error is none.
+void legs_lose_by_the_current_that_flows()
+{
+    const Complex turn = turned(0.7), more(0.5, -0.8), past_more(0.4, -0.7);  // stationary
+    for (const dqw::LossLaw loss : dqw::kLossLaws)
+        for (const bool averaged : {false, true}) {
+            const bool edges = loss == dqw::LossLaw::edges;
+            if (edges && averaged) continue;
+            Input input = dqw::dead_time_input(dqw::Modulation::centred, 0.4, 0.2, false);
+            input.loss = loss, input.averaged = averaged;
+            if (edges) input.law = Law::dead_given_back, input.shape[3] = 0.6;
+            const auto at = [&](Complex i, Complex past) {
+                Moment m = moment(i * std::conj(turn));
+                m.cos_e = turn.real(), m.sin_e = turn.imag(), m.starts = edges, m.ends = !edges;
+                m.v_dc = 24.0, m.v_now = {5.0, 3.0}, m.held_alpha = 5.0, m.held_beta = 3.0;
+                m.before_alpha = -0.2, m.before_beta = 0.4;
+                m.past_alpha = past.real(), m.past_beta = past.imag();
+                return m;
+            };
+            const Complex i(0.2, 0.3), past(0.3, -0.1);
+            const Moment flows = at(i, past);
+            Moment seen = at(i + more, past + past_more);
+            const double weights[dqw::kMostWeights] = {2.0, 0.3, -1.5};
+            Vector2 f, g, of_f, of_g, plain_f, plain_g;
+            dqw::evaluate_sum(input, weights, flows, f, g);
+            dqw::evaluate_sum(input, weights, seen, plain_f, plain_g);
+            seen.told_more = dq(more * std::conj(turn));
+            seen.past_more_alpha = past_more.real(), seen.past_more_beta = past_more.imag();
+            dqw::evaluate_sum(input, weights, seen, of_f, of_g);
+            const Vector2 expected = averaged ? plain_f : f;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, expected.d, of_f.d);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, expected.q, of_f.q);
+            TEST_ASSERT_TRUE(std::hypot(plain_f.d - f.d, plain_f.q - f.q) > 0.01);
+        }
+}
+
 /// Rows in time have a thermometer's mean: its noise of .2 K from row to row would be volts of a flux' slope. Settled rows
 /// have it as it is.
 void a_noisy_thermometer_moves_evenly()
@@ -636,6 +673,7 @@ int main(void)
     RUN_TEST(shorted_turns);
     RUN_TEST(slopes_by_the_weights);
     RUN_TEST(a_loss_with_its_slope);
+    RUN_TEST(legs_lose_by_the_current_that_flows);
     RUN_TEST(a_noisy_thermometer_moves_evenly);
     return UNITY_END();
 }

@@ -394,6 +394,28 @@ void what_a_controller_gives_back_is_apart_from_what_it_loses()
     }
 }
 
+/// Sensors are off by a twentieth of what flows, and a leg's dead time goes by what flows. By what is told there were 2.6
+/// floors left, an offset that was "not told from nothing", and L_d known to a fifth.
+void a_dead_time_beside_a_sensors_offset()
+{
+    const TraceResult r = dqw::trace(one_log(
+        "servo", {"inverter.modulation=centred", "method=rk4", "drive.dt_s=0.0002", "duration_s=1.2", "noise=0.003",
+                  "noise.v=0", "profile.v_d_V.binary=4", "profile.v_q_V.binary=4", "profile.speed_rad_s.wave=60",
+                  "inverter.dead_time_s=1.5e-6", "nonideal.current_offset_alpha_A=0.3",
+                  "nonideal.current_offset_beta_A=-0.4", "drive.compensation=1.5", "drive.compensation_width_A=0.3"}));
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
+    const auto& dead = r.effects[r.effects[0].name == "dead_time" ? 0 : 1];
+    const auto& offset = r.effects[r.effects[0].name == "dead_time" ? 1 : 0];
+    TEST_ASSERT_EQUAL_STRING("dead_time", dead.name.c_str());
+    TEST_ASSERT_EQUAL_STRING("current_offset", offset.name.c_str());
+    TEST_ASSERT_DOUBLE_WITHIN(0.03, 2.4, value(dead.parameters, "voltage_V"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.005, 0.3, value(offset.parameters, "i_alpha_A"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.005, -0.4, value(offset.parameters, "i_beta_A"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.001 * 2.2e-3, 2.2e-3, value(r.after.parameters, "Ld_H"));
+    TEST_ASSERT_TRUE(r.after.heldout_rms < 1.1 * r.noise_floor);
+}
+
 /// A link behind 4 ohm, whose capacitor of 500 uF gives for ten periods what the source does not at once. Told as if it
 /// had none the source was 2.6 +- .5 ohm, and 1.8 times the noise was left.
 void a_link_sags_as_its_capacitor_lets_it()
@@ -710,6 +732,7 @@ int main()
     RUN_TEST(iron_is_mapped_though_its_rest_looks_like_noise);
     RUN_TEST(the_wrong_one_of_two_goes_for_the_right_one);
     RUN_TEST(a_gain_meets_the_resistance_of_the_row);
+    RUN_TEST(a_dead_time_beside_a_sensors_offset);
     RUN_TEST(late_currents_run_without_what_the_voltage_lacks);
     RUN_TEST(a_magnet_that_warms_beside_an_angle_is_counted_once);
     RUN_TEST(a_late_voltage_has_no_jumps_of_an_offset);
