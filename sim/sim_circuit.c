@@ -4,12 +4,10 @@
 
 static const double sqrt3 = 1.7320508075688772;
 
-// What the inverter takes from each phase. The currents are those of the windings' flux, without the parts of iron
-// loss and short, which hang on the voltage and would close an algebraic loop. Turns the frame's x, y by c, s to phase
-// a's axis.
-static void subtract_loss(const dqw_sim_plant *p, double c, double s, double im_x, double im_y, dqw_sim_point *o)
+// What the inverter takes from each phase at the line's currents. Turns the frame's x, y by c, s to phase a's axis.
+static void subtract_loss(const dqw_sim_plant *p, double c, double s, double i_x, double i_y, dqw_sim_point *o)
 {
-    const double alpha = c * im_x - s * im_y, beta = s * im_x + c * im_y;
+    const double alpha = c * i_x - s * i_y, beta = s * i_x + c * i_y;
     const double i_b = 0.5 * (sqrt3 * beta - alpha), i_c = -0.5 * (sqrt3 * beta + alpha);
     double a, b, g, scale = 1;
     if (p->curve) {
@@ -134,12 +132,58 @@ double dqw_sim_circuit_energy(const dqw_sim_plant *p, const double *y)
     return p->at_short >= 0 ? 0.5 * p->now.turn_short_H * y[p->at_short] * y[p->at_short] : 0;
 }
 
+typedef struct {
+    const dqw_sim_plant *p;
+    double R, c, s, im_x, im_y, v_x_V, v_y_V;
+    bool loss, unlike;
+} dqw_sim_circuit_at;
+
+// Currents and voltages of a circuit without branches whose legs lose as these currents have them.
+static void circuit_of(const dqw_sim_circuit_at *at, double i_x, double i_y, dqw_sim_point *o)
+{
+    o->v_x_V = at->v_x_V, o->v_y_V = at->v_y_V;
+    if (at->loss) subtract_loss(at->p, at->c, at->s, i_x, i_y, o);
+    if (!at->unlike)
+        healthy_circuit(at->R, at->im_x, at->im_y, o);
+    else if (at->p->extra_b_ohm != 0)
+        unequal_circuit(at->p, at->R, at->c, at->s, at->im_x, at->im_y, o);
+    else
+        shorted_circuit(at->p, at->R, at->c, at->s, at->im_x, at->im_y, o);
+}
+
+// The line's currents by which the legs lose what leaves those: Newton's steps, slopes by difference. The loss grows
+// with the current, so there is one solution.
+static void close_loop(const dqw_sim_circuit_at *at, dqw_sim_point *o)
+{
+    double i[2] = {at->im_x, at->im_y};
+    for (int n = 0; n < 20; ++n) {
+        circuit_of(at, i[0], i[1], o);
+        const double size = fabs(o->i_x_A) + fabs(o->i_y_A) + 1e-3, step = 1e-7 * size,
+                     off[2] = {o->i_x_A - i[0], o->i_y_A - i[1]};
+        if (fabs(off[0]) + fabs(off[1]) <= 1e-13 * size) return;
+        double J[2][2];
+        for (int k = 0; k < 2; ++k) {
+            dqw_sim_point moved = *o;
+            circuit_of(at, i[0] + (k == 0 ? step : 0), i[1] + (k == 1 ? step : 0), &moved);
+            J[0][k] = (k == 0) - (moved.i_x_A - o->i_x_A) / step, J[1][k] = (k == 1) - (moved.i_y_A - o->i_y_A) / step;
+        }
+        const double det_inv = 1 / (J[0][0] * J[1][1] - J[0][1] * J[1][0]);
+        i[0] += det_inv * (J[1][1] * off[0] - J[0][1] * off[1]);
+        i[1] += det_inv * (J[0][0] * off[1] - J[1][0] * off[0]);
+    }
+}
+
 void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y, const double *y, dqw_sim_point *o)
 {
     if (p->legs || p->at_iron >= 0 || p->at_short >= 0) {
         double c = p->cos_frame, s = p->sin_frame;
         if (p->turning_frame) c = cos(p->theta_e_rad + o->turn_rad), s = sin(p->theta_e_rad + o->turn_rad);
-        if (p->curve || p->now.dead_time_V.value != 0) subtract_loss(p, c, s, im_x, im_y, o);
+        if (p->curve || p->now.dead_time_V.value != 0) {
+            const double m_i_f = p->at_short >= 0 ? p->now.turn_short.value * (2.0 / 3) * y[p->at_short] : 0,
+                         alpha = m_i_f + (p->at_iron >= 0 ? y[p->at_iron] : 0),
+                         beta = p->at_iron >= 0 ? y[p->at_iron + 1] : 0;
+            subtract_loss(p, c, s, im_x + c * alpha + s * beta, im_y + c * beta - s * alpha, o);
+        }
         branched_circuit(p, R, c, s, im_x, im_y, y, o);
         // With the little that eddies store and give back.
         o->iron_W = p->at_iron < 0 ? 0 : 1.5 * (o->e_alpha_V * y[p->at_iron] + o->e_beta_V * y[p->at_iron + 1]);
@@ -152,12 +196,11 @@ void dqw_sim_circuit(const dqw_sim_plant *p, double R, double im_x, double im_y,
         const double frame = p->theta_e_rad + (p->turning_frame ? o->turn_rad : 0);
         c = cos(frame), s = sin(frame);
     }
-    if (loss) subtract_loss(p, c, s, im_x, im_y, o);
-    if (!unlike)
-        healthy_circuit(R, im_x, im_y, o);
-    else if (p->extra_b_ohm != 0)
-        unequal_circuit(p, R, c, s, im_x, im_y, o);
+    const dqw_sim_circuit_at at = {p, R, c, s, im_x, im_y, o->v_x_V, o->v_y_V, loss, unlike};
+    // What iron and short take of the line's current hangs on the voltage, and that on the current where legs lose.
+    if (loss && (o->iron_S != 0 || p->now.turn_short.value > 0))
+        close_loop(&at, o);
     else
-        shorted_circuit(p, R, c, s, im_x, im_y, o);
+        circuit_of(&at, im_x, im_y, o);
     o->iron_W = 1.5 * o->iron_S * (o->e_x_V * o->e_x_V + o->e_y_V * o->e_y_V);
 }

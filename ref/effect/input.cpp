@@ -133,6 +133,10 @@ void mapped(const Input& input, const Moment& at, Vector2 g[])
 
 Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by * b.q}; }
 
+/// What reaches the machine of a voltage at this sample; of a period's, over all of it.
+Vector2 reaching(const Moment& at, Vector2 v) { return plus(plus(v, -1.0, at.lost), -1.0, at.lost_in_legs); }
+Vector2 reaching_at_end(const Moment& at) { return plus(reaching(at, {at.v_end_d, at.v_end_q}), -1.0, at.lost_at_edges); }
+
 /// Slope of the currents on the rotor's axes under a voltage.
 Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
 {
@@ -377,7 +381,8 @@ struct Behind {
             }
             run = filter.missing(times(to_here, jumps), times(std::conj(to_here), mirrored));
         }
-        run += filter.of_v({at.v_end_d - at.lost.d, at.v_end_q - at.lost.q}) + filter.constant;
+        const Vector2 v = reaching_at_end(at);
+        run += filter.of_v({v.d, v.q}) + filter.constant;
         // What is induced goes on with the speed.
         const double by = tau * at.w_dot;
         run_by_d = by * filter.of_v({0.0, at.Ld}), run_by_q = by * filter.of_v({-at.Lq, 0.0});
@@ -418,7 +423,8 @@ Vector2 late_current(const Moment& at, double tau_s)
 Vector2 settled_iron(const Input& input, const Moment& at)
 {
     constexpr double kLeastPart = 0.05;
-    const double d = at.v_end_d - at.lost.d - at.R * at.i_d, q = at.v_end_q - at.lost.q - at.R * at.i_q;
+    const Vector2 v = reaching_at_end(at);
+    const double d = v.d - at.R * at.i_d, q = v.q - at.R * at.i_q;
     double by = 1.0;
     if (input.shape[0] < 0.0) {
         const double size = std::max(std::hypot(d, q) / input.shape[1], kLeastPart);
@@ -473,8 +479,8 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     if (at.settled) return void(g = settled_iron(input, at));
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
     const double tau = periods * at.period_s + at.lag_s;
-    const Vector2 late = plus(on_the_way(at, tau), 1.0, at.lost);
-    Vector2 e{at.v_end_d - late.d - at.R * at.i_d, at.v_end_q - late.q - at.R * at.i_q};
+    const Vector2 v = plus(reaching_at_end(at), -1.0, on_the_way(at, tau));
+    Vector2 e{v.d - at.R * at.i_d, v.q - at.R * at.i_q};
     if (periods > 0.0) {
         // What R takes of the winding's current is late as well.
         Moment winding = at;
@@ -599,7 +605,7 @@ void shifted(const Input& input, double shift_s, const Moment& at, Vector2& f, V
     case Instant::currents_after: {
         const bool before = static_cast<Instant>(static_cast<int>(input.shape[0])) == Instant::currents_before;
         Vector2 of_f, of_g;
-        const Vector2 v = plus(before ? Vector2{at.v_end_d, at.v_end_q} : at.v_next, -1.0, at.lost);
+        const Vector2 v = reaching(at, before ? Vector2{at.v_end_d, at.v_end_q} : at.v_next);
         sensor(at, sampled_late(at, v, shift_s), of_f, of_g);
         f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
         break;
@@ -678,6 +684,8 @@ bool tells_other_currents(const Input& input)
            input.law == Law::pulsed_shift || filters_currents(input);
 }
 
+bool asks_for_lost_in_legs(const Input& input) { return asks_for_lost(input) && input.law != Law::delay; }
+
 bool asks_for_lost(const Input& input)
 {
     return shifts_currents(input) || filters_currents(input) || input.law == Law::delay || input.law == Law::pulsed_shift ||
@@ -724,8 +732,8 @@ Moment in_rotors_frame(Moment m)
         const Vector2 x = ahead.on({d, q});
         d = x.d, q = x.q;
     };
-    turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q), turn(m.lost.d, m.lost.q);
-    for (Vector2* v : {&m.v_next, &m.v_now}) *v = ahead.on(*v);
+    turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q);
+    for (Vector2* v : {&m.v_next, &m.v_now, &m.lost, &m.lost_in_legs, &m.lost_at_edges, &m.told_more}) *v = ahead.on(*v);
     for (int n = 0; n < m.past; ++n) m.change[n] = ahead.on(m.change[n]);
     for (Vector2& v : m.turned) v = ahead.on(v);
     const Vector2 e = ahead.back({m.cos_e, m.sin_e});
@@ -837,8 +845,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::voltage_scale: f[0] = plus({}, lacking(input, at), at.v_now); break;
     case Law::turn_short: {
         // A third of what it draws, and that mirrored on the phase's axis. (E120)
-        const Vector2 late = plus(at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{}, 1.0, at.lost);
-        const double d = (at.v_end_d - late.d) / 3.0, q = (at.v_end_q - late.q) / 3.0;
+        const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{},
+                      v = plus(reaching_at_end(at), -1.0, late);
+        const double d = v.d / 3.0, q = v.q / 3.0;
         const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
         drawn(at, {d, q}, f[0], g[0]);
         drawn(at, to_dq(at, alpha, -beta), f[1], g[1]);
@@ -926,7 +935,7 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         Moment run = at;
         run.i_d -= more.d, run.i_q -= more.q;
         const Vector2 late = input.law == Law::pulsed_shift
-                                 ? sampled_late(run, plus(at.v_next, -1.0, at.lost), weights[0])
+                                 ? sampled_late(run, reaching(at, at.v_next), weights[0])
                                  : filtered(run, weights[0]);
         Vector2 of_f, of_g;
         sensor(at, plus(more, 1.0, late), of_f, of_g);

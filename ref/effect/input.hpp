@@ -66,6 +66,7 @@ struct Angle {
     double rad = 0, cos = 1, sin = 0;
     Angle() = default;
     explicit Angle(double angle) : rad(angle), cos(std::cos(angle)), sin(std::sin(angle)) {}
+    Angle(double angle, double its_cos, double its_sin) : rad(angle), cos(its_cos), sin(its_sin) {}
     Vector2 on(Vector2 x) const { return {cos * x.d - sin * x.q, sin * x.d + cos * x.q}; }
     Vector2 back(Vector2 x) const { return {cos * x.d + sin * x.q, cos * x.q - sin * x.d}; }
 };
@@ -105,6 +106,8 @@ struct Moment {
     double held_alpha = 0, held_beta = 0;  ///< the voltage of its middle, stationary
     double mean_of_held = 1.0;             ///< what a constant rotor-frame f keeps of itself as a mean over it
     const Input* pulses = nullptr;         ///< the legs' pulses in which the voltage comes, where they are in the model
+    Vector2 lost_in_legs;                  ///< of the voltage, by dead times as laws of the current; it stands still
+    Vector2 lost_at_edges;                 ///< the same, of a period whose legs lose it at their edges alone
     Vector2 told_more;                     ///< of the currents, by sensors, than flows
     double past_more_alpha = 0, past_more_beta = 0;  ///< the same of the stationary ones at the start, for the end
 };
@@ -127,6 +130,8 @@ void evaluate_with_slope(const Input& input, const double weights[], const Momen
 /// Whether a law is of voltage that does not reach the machine, by as much all through a period; whether one asks for it.
 bool loses_voltage(Law law);
 bool asks_for_lost(const Input& input);
+bool asks_for_lost_in_legs(const Input& input);
+
 
 /// (E54): torque of one unit of each weight, at speed w_m and shaft angle theta_m.
 void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights]);

@@ -107,6 +107,7 @@ struct ElectricalModel::Plant {
     bool asks_next = false;         ///< for the voltage that begins at a row
     bool asks_before = false;       ///< for the currents of the row before a period
     bool asks_told = false;         ///< for what sensors tell more than flows, where any do
+    bool asks_legs = false;         ///< for what dead times take of the voltage, where there are any
     bool asks_lost = false;         ///< for what of the voltage does not reach the machine, where any is
     double lag_s = 0.0;             ///< of the currents' filter
     Angle ahead;                    ///< what the angle is of the rotor
@@ -132,16 +133,20 @@ struct ElectricalModel::Plant {
             asks_next = asks_next || asks_for_next(t.input);
             asks_before = asks_before || t.input.law == Law::dead_given_back;
             asks_lost = asks_lost || asks_for_lost(t.input), asks_told = asks_told || asks_what_flows(t.input);
+            asks_legs = asks_legs || asks_for_lost_in_legs(t.input);
         }
         if (candidates != nullptr)
             for (const Input& c : *candidates) {
                 asks_next = asks_next || asks_for_next(c), asks_before = asks_before || c.law == Law::dead_given_back;
                 asks_lost = asks_lost || asks_for_lost(c), asks_told = asks_told || asks_what_flows(c);
+                asks_legs = asks_legs || asks_for_lost_in_legs(c);
             }
         const auto loses = [](const Term& t) { return loses_voltage(t.input.law); };
         const auto tells = [](const Term& t) { return tells_other_currents(t.input); };
         asks_lost = asks_lost && std::any_of(at.terms.begin(), at.terms.end(), loses);
         asks_told = asks_told && std::any_of(at.terms.begin(), at.terms.end(), tells);
+        const auto is_dead = [](const Term& t) { return asks_what_flows(t.input); };
+        asks_legs = asks_legs && std::any_of(at.terms.begin(), at.terms.end(), is_dead);
     }
 
     double w_max() const { return std::abs(pole_pairs) * model.w_max_rad_s_; }
@@ -201,16 +206,31 @@ struct ElectricalModel::Plant {
     {
         m.i_d = i.d, m.i_q = i.q;
         put_bend(m);
+        put_flowing(piece, k, m);
+    }
+
+    /// What the legs lose by currents, and what sensors tell more than those.
+    void put_flowing(const Piece& piece, std::size_t k, Moment& m) const
+    {
+        if (asks_told) put_told(at.terms, columns(piece), k, m);
+        if (!asks_legs) return;
+        m.lost_in_legs = lost_in_legs(at.terms, m, false);
         if (asks_told) put_told(at.terms, columns(piece), k, m);
     }
 
     /// Of both ends of the period from row k.
-    void put_told_more(const Piece& piece, std::size_t k, Moment& m0, Moment& m1) const
+    void put_meeting(const Piece& piece, std::size_t k, Moment& m0, Moment& m1) const
     {
-        if (!asks_told) return;
-        put_told(at.terms, columns(piece), k, m0), put_told(at.terms, columns(piece), k + 1, m1);
-        m1.past_more_alpha = m0.cos_e * m0.told_more.d - m0.sin_e * m0.told_more.q;
-        m1.past_more_beta = m0.sin_e * m0.told_more.d + m0.cos_e * m0.told_more.q;
+        const auto stationary = [&m0](Vector2 x) { return Angle(0.0, m0.cos_e, m0.sin_e).on(x); };
+        put_flowing(piece, k, m0);
+        if (asks_legs) {
+            m0.lost_at_edges = lost_in_legs(at.terms, m0, true);
+            m1.lost_at_edges = Angle(0.0, m1.cos_e, m1.sin_e).back(stationary(m0.lost_at_edges));
+            if (asks_told) put_told(at.terms, columns(piece), k, m0);
+        }
+        put_flowing(piece, k + 1, m1);
+        const Vector2 past = stationary(m0.told_more);
+        m1.past_more_alpha = past.d, m1.past_more_beta = past.q;
     }
 
     /// Along the rotor's axes, where a term asks for it.
@@ -290,7 +310,7 @@ struct ElectricalModel::Plant {
                m1 = moment(piece, k + 1, next, {next.i_d_A, next.i_q_A}, hold.end, dt);
         hold.pair(m0, m1);
         put_lost(m0), put_lost(m1);
-        put_told_more(piece, k, m0, m1);
+        put_meeting(piece, k, m0, m1);
         Vector2 f0, g0, f1, g1;
         sum_terms(piece, k, m0, f0, g0);
         sum_terms(piece, k + 1, m1, f1, g1);
@@ -420,7 +440,7 @@ struct ElectricalModel::Run {
                m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
         hold.pair(m0, m1);
         plant.put_lost(m0), plant.put_lost(m1);
-        plant.put_told_more(piece, k, m0, m1);
+        plant.put_meeting(piece, k, m0, m1);
         if (!plant.at.terms.empty()) {
             Taken bent, straight;
             plant.sum_terms(piece, k, m0, bent, straight);

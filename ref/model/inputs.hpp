@@ -49,6 +49,20 @@ inline void put_lost(const std::vector<Term>& terms, Moment& m)
 
 inline bool asks_what_flows(const Input& input) { return is_dead_time(input.law) && !input.averaged; }
 
+/// What dead times take of the voltage at the currents here, as laws of the current; and what at the edges of the period
+/// that starts here. (E182)
+inline Vector2 lost_in_legs(const std::vector<Term>& terms, const Moment& at, bool at_edges)
+{
+    Vector2 f, g;
+    Moment m = at;
+    m.starts = at_edges, m.ends = false;
+    for (const Term& t : terms)
+        if (asks_what_flows(t.input) && (t.input.loss == LossLaw::edges) == at_edges)
+            evaluate_sum(t.input, t.weights.data(), m, f, g);
+    // The mean of a period counts at its start alone, and there twice.
+    return at_edges ? Vector2{0.5 * f.d, 0.5 * f.q} : f;
+}
+
 /// What currents a sensor tells more, of the flux that takes it back.
 inline Vector2 told_more(const Moment& m, Vector2 g)
 {
