@@ -547,11 +547,16 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
     const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
     const double each_V[3] = {p.a, p.b, p.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
     const Duties duty(input.modulation, each_V, link);
-    double Vs[3];
-    for (int leg = 0; leg < 3; ++leg) Vs[leg] = link * pulse_beyond_mean(duty.of[leg], late_s, at.period_s);
-    // The flux stands still while the rotor turns on to the later instant.
+    double Vs[3], Vs2[3];
+    for (int leg = 0; leg < 3; ++leg) {
+        Vs[leg] = link * pulse_beyond_mean(duty.of[leg], late_s, at.period_s);
+        Vs2[leg] = link * pulse_moment(duty.of[leg], late_s, at.period_s);
+    }
+    // The flux stands still while the rotor turns on to the later instant, but for what R takes of its current.
     const double turn = at.w_e * late_s;
-    const Vector2 flux = turned_by(-turn, of_phases(at, Vs[0], Vs[1], Vs[2]));
+    Vector2 flux = turned_by(-turn, of_phases(at, Vs[0], Vs[1], Vs[2]));
+    const Vector2 before = turned_by(-turn, of_phases(at, Vs2[0], Vs2[1], Vs2[2]));
+    flux.d -= at.R / at.Ld * before.d, flux.q -= at.R / at.Lq * before.q;
     return turned_by(turn, {flux.d / at.Ld, flux.q / at.Lq});
 }
 

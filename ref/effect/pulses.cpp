@@ -27,6 +27,13 @@ double pulse_beyond_mean(double duty, double u_s, double period_s)
     return std::copysign(1.0, u_s) * (std::clamp(u - begins, 0.0, duty * period_s) - duty * u);
 }
 
+double pulse_moment(double duty, double u_s, double period_s)
+{
+    const double u = std::min(std::abs(u_s), period_s), behind = std::max(u - 0.5 * (1.0 - duty) * period_s, 0.0),
+                 over = std::max(behind - duty * period_s, 0.0);
+    return 0.5 * (behind * behind - over * over - duty * u * u);
+}
+
 double second_moment(double duty) { return (duty * duty - 1.0) * duty / 12.0; }
 
 double mean_product(double duty, double other)

@@ -17,7 +17,10 @@ struct Duties {
 /// within the first u seconds, V s. Within the last ones it is the same. Odd in u.
 double pulse_beyond_mean(double duty, double u_s, double period_s);
 
-/// What of that a filter tells at the period's end: the mean over the past, weighed by its decay, V s. Odd in tau.
+/// Its integral from the row on over those u seconds, V s^2; even in u.
+double pulse_moment(double duty, double u_s, double period_s);
+
+/// What of the first a filter tells at the period's end: the mean over the past, weighed by its decay, V s. Odd in tau.
 struct FilteredPulse {
     double kept;  ///< of what it told a period before
 

@@ -293,23 +293,37 @@ bool stands_before(const Tried& t, const Tried& best)
                              stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);
 }
 
-/// Of currents told between pulses, the modulation whose linear step does best once it is taken: the steps themselves are
-/// alike, and which of them leads is a matter of rounding.
+/// The best of what a candidate leaves at the end of its linear step, and, where it has another start, after a few passes
+/// from there.
+double first_seen(const Model& model, const Refined& base, const Screened& s)
+{
+    constexpr int kFewPasses = 3;
+    Point start = joined(base.point, *s.candidate, &s.weights);
+    if (s.gain > 0.0) start.gain.setConstant(s.gain);
+    const Refined there = swept_seen(model, start);
+    double seen = there.ok ? there.left.seen : -HUGE_VAL;
+    if (s.candidate->also_from != 0.0) {
+        start = joined(base.point, *s.candidate, nullptr);
+        start.terms.back().weights[0] = s.candidate->also_from;
+        const Refined other = refine(model, start, kFewPasses);
+        if (other.ok) seen = std::max(seen, other.left.seen);
+    }
+    return seen;
+}
+
+/// Of currents told between pulses, the modulation that does best once a step is taken: the linear ones are alike from no
+/// shift, and say nothing of one by half a period.
 const Screened& by_legs(const Model& model, const Refined& base, const std::vector<Screened>& screened,
                         const Screened& s)
 {
     const Input& input = s.candidate->inputs.front();
     if (effect_of(input.law).shape != Shape::pulses || input.free_angle) return s;
-    constexpr double kAlike = 1.0;  // nat
     const Screened* best = &s;
     double most = -HUGE_VAL;
     for (const Screened& other : screened) {
         if (!other.candidate || other.candidate->inputs.front().law != input.law) continue;
-        if (std::abs(other.seen - s.seen) > kAlike) continue;
-        Point start = joined(base.point, *other.candidate, &other.weights);
-        if (other.gain > 0.0) start.gain.setConstant(other.gain);
-        const Refined there = swept_seen(model, start);
-        if (there.ok && there.left.seen > most) most = there.left.seen, best = &other;
+        const double seen = first_seen(model, base, other);
+        if (seen > most) most = seen, best = &other;
     }
     return *best;
 }

@@ -159,7 +159,7 @@ void currents_told_between_pulses()
                           {dqw::Modulation::clamped_60, {{0.1, 0.3, 1.0}, 80.0}},
                           {dqw::Modulation::centred, {{0.2, 0.8, 0.6}, 80.0}}};
     for (const Case& c : cases)
-        for (const double late : {0.03 * T, 0.25 * T}) {
+        for (const double late : {0.03 * T, 0.25 * T, 0.45 * T, 0.7 * T}) {
             const Complex i(3.0, -7.0), v = c.pulses.mean();
             Machine m{flux(i, 0.0), 0.0, 0.0};
             c.pulses.run(m, 0.0, late / T, 0.0);
@@ -167,9 +167,9 @@ void currents_told_between_pulses()
             Moment at = moment(seen);
             at.v_next = dq(v);
             const Complex o = read_as(dqw::pulsed_input(Law::pulsed_shift, c.modulation, 80.0, 0.0, false), late, at);
-            // What saliency does of it while the rotor turns, as of a shift under the mean voltage.
             TEST_ASSERT_TRUE(std::abs(seen - i) > 0.05);
-            TEST_ASSERT_DOUBLE_WITHIN(0.02 * std::abs(seen - i), 0.0, std::abs(o - (seen - i)));
+            // Measured: 6e-5. Without what R takes of the pulses' current 5e-3.
+            TEST_ASSERT_DOUBLE_WITHIN(1.2e-4 * std::abs(seen - i), 0.0, std::abs(o - (seen - i)));
         }
 }
 
