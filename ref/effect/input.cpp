@@ -539,7 +539,9 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
 {
     if (input.law == Law::pulsed_lag) {
         const Vector2 flux = filtered_pulses(input, late_s, m);
-        return {-flux.d / m.Ld, -flux.q / m.Lq};
+        // R takes of its current over the filter's time.
+        const double by_d = 1.0 + m.R * late_s / m.Ld, by_q = 1.0 + m.R * late_s / m.Lq;
+        return {-by_d * flux.d / m.Ld, -by_q * flux.q / m.Lq};
     }
     Moment seen;
     const Moment& at = turned(input, m, seen);

@@ -192,7 +192,8 @@ void a_current_filtered_between_pulses()
                       o = read_as(dqw::pulsed_input(Law::pulsed_lag, dqw::Modulation::clamped_high, 80.0, 0.0, false),
                                   tau, at);
         TEST_ASSERT_TRUE(std::abs(more) > 0.05);
-        TEST_ASSERT_DOUBLE_WITHIN(0.05 * std::abs(more), 0.0, std::abs(o - more));
+        // Measured: 1.3e-3 and 1.5e-3. Without what R takes of the pulses' current 2e-3 and 4.3e-3.
+        TEST_ASSERT_DOUBLE_WITHIN(0.0019 * std::abs(more), 0.0, std::abs(o - more));
     }
 }
 
