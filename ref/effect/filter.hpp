@@ -36,7 +36,8 @@ struct Filtered {
     Plane of_i, of_v;
     std::complex<double> constant;
 
-    Filtered(double R, double Ld, double Lq, double psi, double w_e, double tau_s);
+    /// `psi`: the flux without currents; `L_dq`: of each axis by the other's current.
+    Filtered(double R, double Ld, double Lq, double L_dq, std::complex<double> psi, double w_e, double tau_s);
     /// The true currents that leave `told` of y.
     std::complex<double> current(std::complex<double> told) const;
     /// What jumps of the voltage have not brought through, but for the filter's decay. `jumps`: their sum, seen from the

@@ -108,16 +108,21 @@ void drawn(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
     g.d -= at.bend_dd_H * o.d + at.bend_dq_H * o.q, g.q -= at.bend_dq_H * o.d + at.bend_qq_H * o.q;
 }
 
+/// What the iron has of the currents that are told. (E182)
+Vector2 in_iron(const Moment& at) { return {at.i_d - at.told_more.d, at.i_q - at.told_more.q}; }
+
 void saturation(const Input& input, const Moment& at, Vector2 g[])
 {
-    const double x = at.i_d / input.shape[0], y = at.i_q / input.shape[0];
+    const Vector2 i = in_iron(at);
+    const double x = i.d / input.shape[0], y = i.q / input.shape[0];
     g[0].d = x * x, g[1].d = x * x * x, g[2].d = x * x * x * x;
     g[3].q = y * y * y, g[4].q = y * y * y * y * y;
 }
 
 void cross_saturation(const Input& input, const Moment& at, Vector2 g[])
 {
-    const double x = at.i_d / input.shape[0], y = at.i_q / input.shape[0];
+    const Vector2 i = in_iron(at);
+    const double x = i.d / input.shape[0], y = i.q / input.shape[0];
     g[0] = {y * y, 2.0 * x * y};
     g[1] = {2.0 * x * y * y, 2.0 * x * x * y};
     g[2] = {y * y * y * y, 4.0 * x * y * y * y};
@@ -127,7 +132,8 @@ void mapped(const Input& input, const Moment& at, Vector2 g[])
 {
     double psi_d[kMostWeights], psi_q[kMostWeights];
     const auto flux = input.law == Law::own_map ? own_flux : cross_flux;
-    flux(input.shape, at.i_d, at.i_q, psi_d, psi_q);
+    const Vector2 i = in_iron(at);
+    flux(input.shape, i.d, i.q, psi_d, psi_q);
     for (int j = 0; j < weights_of(input.law); ++j) g[j] = {psi_d[j], psi_q[j]};
 }
 
@@ -137,12 +143,30 @@ Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by
 Vector2 reaching(const Moment& at, Vector2 v) { return plus(plus(v, -1.0, at.lost), -1.0, at.lost_in_legs); }
 Vector2 reaching_at_end(const Moment& at) { return plus(reaching(at, {at.v_end_d, at.v_end_q}), -1.0, at.lost_at_edges); }
 
-/// Slope of the currents on the rotor's axes under a voltage.
-Vector2 slope_of(const Moment& at, Vector2 v, Vector2 i, double psi)
-{
-    return {(v.d - at.R * i.d + at.w_e * at.Lq * i.q) / at.Ld,
-            (v.q - at.R * i.q - at.w_e * (at.Ld * i.d + psi)) / at.Lq};
-}
+/// The machine about these currents: incremental inductances, and the flux where their tangent meets no current.
+struct Tangent {
+    double R, d, q, dq = 0.0;
+    Vector2 psi;
+
+    explicit Tangent(const Moment& at) : R(at.R), d(at.Ld), q(at.Lq), psi{at.psi, 0.0}
+    {
+        const double by_d = d + at.bend_dd_H, by_q = q + at.bend_qq_H, mixed = at.bend_dq_H;
+        if (!(std::min(by_d, by_q) > 0.0) || !(by_d * by_q > mixed * mixed)) return;
+        d = by_d, q = by_q, dq = mixed, psi = plus(psi, 1.0, at.bent_Wb);
+    }
+    /// L^-1 times a flux, of currents; of a voltage, their slope.
+    Vector2 currents(Vector2 flux) const
+    {
+        const double by = 1.0 / (d * q - dq * dq);
+        return {by * (q * flux.d - dq * flux.q), by * (d * flux.q - dq * flux.d)};
+    }
+    /// Slope of the currents on the rotor's axes under a voltage; `part` of the flux without currents.
+    Vector2 slope(double w_e, Vector2 v, Vector2 i, double part) const
+    {
+        const Vector2 flux{d * i.d + dq * i.q + part * psi.d, dq * i.d + q * i.q + part * psi.q};
+        return currents({v.d - R * i.d + w_e * flux.q, v.q - R * i.q - w_e * flux.d});
+    }
+};
 
 /// Of each leg at a period's end, what it loses of one volt the way its current flows, and its slope by the current
 /// there; 0 of the one that rests.
@@ -193,8 +217,9 @@ Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V, double back_V
         put(m.cos_e * x.d - m.sin_e * x.q, m.sin_e * x.d + m.cos_e * x.q, to);
     };
     // On the rotor's axes, and then as seen from the stator, of a period.
-    const Vector2 i{m.i_d, m.i_q}, slope = slope_of(m, plus(m.v_now, -1.0, lost_V), i, m.psi),
-                                   bend = slope_of(m, {m.w_e * m.v_now.q, -m.w_e * m.v_now.d}, slope, 0.0);
+    const Tangent iron(m);
+    const Vector2 i{m.i_d, m.i_q}, slope = iron.slope(m.w_e, plus(m.v_now, -1.0, lost_V), i, 1.0),
+                                   bend = iron.slope(m.w_e, {m.w_e * m.v_now.q, -m.w_e * m.v_now.d}, slope, 0.0);
     const double T = m.period_s, w = m.w_e;
     put_dq(i, out.i_A);
     put_dq({T * (slope.d - w * i.q), T * (slope.q + w * i.d)}, out.slope_A);
@@ -215,7 +240,7 @@ Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V, double back_V
     double of_d[3], of_q[3];
     put_dq({c, s}, of_d), put_dq({-s, c}, of_q);
     for (int k = 0; k < 3; ++k)
-        for (int n = 0; n < 3; ++n) out.per_H[k][n] = 2.0 / 3.0 * (of_d[k] * of_d[n] / m.Ld + of_q[k] * of_q[n] / m.Lq);
+        for (int n = 0; n < 3; ++n) out.per_H[k][n] = 2.0 / 3.0 * (of_d[k] * of_d[n] / iron.d + of_q[k] * of_q[n] / iron.q);
     const int rests = resting_leg(input.modulation, each_V);
     if (rests < 0) return out;
     put_dq(plus(m.v_now, -std::cos(h), turned_by(h, m.change[0])), last_V);
@@ -332,10 +357,11 @@ Vector2 sampled_late(const Moment& at, Vector2 v, double late)
     const double turn = -at.w_e * late, c = std::cos(turn), s = std::sin(turn);
     const Vector2 i{at.i_d, at.i_q}, then{c * i.d - s * i.q, s * i.d + c * i.q};
     if (at.settled) return {i.d - then.d, i.q - then.q};
-    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q},
-        slope = slope_of(at, v_then, then, at.psi),
-        bend = slope_of(at, {at.w_e * v_then.q, -at.w_e * v_then.d}, slope, 0.0),
-        twist = slope_of(at, {-at.w_e * at.w_e * v_then.d, -at.w_e * at.w_e * v_then.q}, bend, 0.0);
+    const Tangent iron(at);
+    const double w = at.w_e;
+    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q}, slope = iron.slope(w, v_then, then, 1.0),
+        bend = iron.slope(w, {w * v_then.q, -w * v_then.d}, slope, 0.0),
+        twist = iron.slope(w, {-w * w * v_then.d, -w * w * v_then.q}, bend, 0.0);
     const double by_2 = 0.5 * late * late, by_3 = by_2 * late / 3.0;
     const Vector2 row = plus(plus(plus(then, -late, slope), by_2, bend), -by_3, twist);
     return {i.d - row.d, i.q - row.q};
@@ -364,7 +390,11 @@ struct Behind {
     Filtered filter;
     Complex run, run_by_d, run_by_q;
 
-    Behind(const Moment& at, double tau) : filter(at.R, at.Ld, at.Lq, at.psi, at.w_e, tau)
+    Behind(const Moment& at, double tau) : Behind(at, tau, Tangent(at)) {}
+
+private:
+    Behind(const Moment& at, double tau, const Tangent& iron)
+        : filter(iron.R, iron.d, iron.q, iron.dq, {iron.psi.d, iron.psi.q}, at.w_e, tau)
     {
         const double turn = at.w_e * at.period_s, half = 0.5 * turn,
                      kept = tau > 0.0 ? left_after(at.period_s / tau) : 0.0;
@@ -385,8 +415,8 @@ struct Behind {
         run += filter.of_v({v.d, v.q}) + filter.constant;
         // What is induced goes on with the speed.
         const double by = tau * at.w_dot;
-        run_by_d = by * filter.of_v({0.0, at.Ld}), run_by_q = by * filter.of_v({-at.Lq, 0.0});
-        run += at.i_d * run_by_d + at.i_q * run_by_q + by * filter.of_v({0.0, at.psi});
+        run_by_d = by * filter.of_v({-iron.dq, iron.d}), run_by_q = by * filter.of_v({-iron.q, iron.dq});
+        run += at.i_d * run_by_d + at.i_q * run_by_q + by * filter.of_v({-iron.psi.q, iron.psi.d});
     }
 };
 
@@ -540,8 +570,9 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
     if (input.law == Law::pulsed_lag) {
         const Vector2 flux = filtered_pulses(input, late_s, m);
         // R takes of its current over the filter's time.
-        const double by_d = 1.0 + m.R * late_s / m.Ld, by_q = 1.0 + m.R * late_s / m.Lq;
-        return {-by_d * flux.d / m.Ld, -by_q * flux.q / m.Lq};
+        const Tangent iron(m);
+        const Vector2 more = iron.currents(flux);
+        return plus({-more.d, -more.q}, -iron.R * late_s, iron.currents(more));
     }
     Moment seen;
     const Moment& at = turned(input, m, seen);
@@ -556,10 +587,10 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
     }
     // The flux stands still while the rotor turns on to the later instant, but for what R takes of its current.
     const double turn = at.w_e * late_s;
-    Vector2 flux = turned_by(-turn, of_phases(at, Vs[0], Vs[1], Vs[2]));
-    const Vector2 before = turned_by(-turn, of_phases(at, Vs2[0], Vs2[1], Vs2[2]));
-    flux.d -= at.R / at.Ld * before.d, flux.q -= at.R / at.Lq * before.q;
-    return turned_by(turn, {flux.d / at.Ld, flux.q / at.Lq});
+    const Tangent iron(at);
+    const Vector2 flux = turned_by(-turn, of_phases(at, Vs[0], Vs[1], Vs[2])),
+                  before = turned_by(-turn, of_phases(at, Vs2[0], Vs2[1], Vs2[2]));
+    return turned_by(turn, iron.currents(plus(flux, -iron.R, iron.currents(before))));
 }
 
 /// What a voltage in pulses leaves of the flux that its mean would bring, and what currents that swing about the mean
@@ -999,13 +1030,15 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         break;
     }
     case Law::saturation: {
-        const double k = 1.0 / input.shape[0], x = k * at.i_d, y = k * at.i_q;
+        const Vector2 i = in_iron(at);
+        const double k = 1.0 / input.shape[0], x = k * i.d, y = k * i.q;
         g_slope[0] += k * x * (2.0 * weights[0] + x * (3.0 * weights[1] + 4.0 * x * weights[2]));
         g_slope[3] += k * y * y * (3.0 * weights[3] + 5.0 * y * y * weights[4]);
         break;
     }
     case Law::cross_saturation: {
-        const double k = 1.0 / input.shape[0], x = k * at.i_d, y = k * at.i_q;
+        const Vector2 i = in_iron(at);
+        const double k = 1.0 / input.shape[0], x = k * i.d, y = k * i.q;
         g_slope[0] += k * 2.0 * weights[1] * y * y;
         const double mixed = k * y * (2.0 * weights[0] + 4.0 * weights[1] * x + 4.0 * weights[2] * y * y);
         g_slope[1] += mixed, g_slope[2] += mixed;
@@ -1015,7 +1048,8 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     case Law::own_map:
     case Law::cross_map: {
         const auto inductance = input.law == Law::own_map ? own_inductance : cross_inductance;
-        const std::array<double, 3> L = inductance(input.shape, weights, at.i_d, at.i_q);
+        const Vector2 i = in_iron(at);
+        const std::array<double, 3> L = inductance(input.shape, weights, i.d, i.q);
         g_slope[0] += L[0], g_slope[1] += L[1], g_slope[2] += L[1], g_slope[3] += L[2];
         break;
     }

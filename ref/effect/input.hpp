@@ -93,8 +93,10 @@ struct Moment {
     double R = 0, Ld = 0, Lq = 0, psi = 0;
     double warm_Wb =
         0;  ///< of psi, the part that is a law of its own, of the rotor's frame: an angle turns that already
-    /// Incremental inductance less Ld, Lq, along the rotor's axes, and its slopes by i_d and by i_q.
+    /// Incremental inductance less Ld, Lq, along the rotor's axes, and its slopes by i_d and by i_q; what the flux has
+    /// beside it where the tangent meets no current.
     double bend_dd_H = 0, bend_dq_H = 0, bend_qq_H = 0;
+    Vector2 bent_Wb;
     double by_d_H_A[3] = {}, by_q_H_A[3] = {};
     /// Of a sampling period: what jumps within one is taken as its mean there, at its end, and counts nothing at its
     /// start.

@@ -48,6 +48,13 @@ struct Taken {
     Matrix2 slope(double dt) const { return 0.5 * matrix(f_slope) + (1.0 / dt) * matrix(g_slope); }
 };
 
+/// A short draws from the winding itself; what is told at another instant runs on its way.
+bool asks_for_bend(const Input& input)
+{
+    const bool edges = is_dead_time(input.law) && input.loss == LossLaw::edges;
+    return input.law == Law::turn_short || input.law == Law::pulses || edges || tells_other_currents(input);
+}
+
 bool asks_for_next(const Input& input) { return input.law == Law::sample_shift || input.law == Law::pulsed_shift; }
 
 }  // namespace
@@ -102,7 +109,7 @@ struct ElectricalModel::Plant {
     const Point& at;
     const double R, Ld, Lq, psi, pole_pairs;
     bool bends_iron = false;        ///< any term
-    bool draws = false;             ///< currents from the winding itself, whose flux follows the iron's bend
+    bool asks_bend = false;         ///< for how it does
     const Input* pulses = nullptr;  ///< of the legs, about what their mean voltage runs
     bool asks_next = false;         ///< for the voltage that begins at a row
     bool asks_before = false;       ///< for the currents of the row before a period
@@ -127,7 +134,7 @@ struct ElectricalModel::Plant {
             if (filters_currents(t.input) || (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0)) past = kPast;
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
             bends_iron = bends_iron || bends(t.input.law);
-            draws = draws || t.input.law == Law::turn_short;
+            asks_bend = asks_bend || asks_for_bend(t.input);
             drives = drives || (is_dead_time(t.input.law) && t.weights[0] < 0.0);
             if (t.input.law == Law::pulses) pulses = &t.input;
             asks_next = asks_next || asks_for_next(t.input);
@@ -139,13 +146,13 @@ struct ElectricalModel::Plant {
             for (const Input& c : *candidates) {
                 asks_next = asks_next || asks_for_next(c), asks_before = asks_before || c.law == Law::dead_given_back;
                 asks_lost = asks_lost || asks_for_lost(c), asks_told = asks_told || asks_what_flows(c);
-                asks_legs = asks_legs || asks_for_lost_in_legs(c);
+                asks_legs = asks_legs || asks_for_lost_in_legs(c), asks_bend = asks_bend || asks_for_bend(c);
             }
         const auto loses = [](const Term& t) { return loses_voltage(t.input.law); };
         const auto tells = [](const Term& t) { return tells_other_currents(t.input); };
         asks_lost = asks_lost && std::any_of(at.terms.begin(), at.terms.end(), loses);
         asks_told = asks_told && std::any_of(at.terms.begin(), at.terms.end(), tells);
-        const auto is_dead = [](const Term& t) { return asks_what_flows(t.input); };
+        const auto is_dead = [](const Term& t) { return loses_what_flows(t.input); };
         asks_legs = asks_legs && std::any_of(at.terms.begin(), at.terms.end(), is_dead);
     }
 
@@ -236,13 +243,13 @@ struct ElectricalModel::Plant {
     /// Along the rotor's axes, where a term asks for it.
     void put_bend(Moment& m) const
     {
-        if (!bends_iron || !(draws || pulses != nullptr)) return;
+        if (!bends_iron || !asks_bend) return;
         // Of the current that shorts the magnet, or of what flows: a difference of slopes bends by as little.
         constexpr double kPart = 1e-4;
-        const Vector2 i = m.ahead.on({m.i_d, m.i_q});
+        const Vector2 i = m.ahead.on({m.i_d - m.told_more.d, m.i_q - m.told_more.q});
         const auto slope = [&](double i_d, double i_q) {
             Moment there = m;
-            there.ahead = Angle(), there.i_d = i_d, there.i_q = i_q;
+            there.ahead = Angle(), there.i_d = i_d, there.i_q = i_q, there.told_more = {};
             std::array<double, 4> f{}, g{};
             for (const Term& t : at.terms)
                 if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), there, f.data(), g.data());
@@ -250,6 +257,12 @@ struct ElectricalModel::Plant {
         };
         const std::array<double, 4> here = slope(i.d, i.q);
         m.bend_dd_H = here[0], m.bend_dq_H = here[1], m.bend_qq_H = here[3];
+        Moment there = m;
+        there.ahead = Angle(), there.i_d = i.d, there.i_q = i.q, there.told_more = {};
+        Vector2 f, flux;
+        for (const Term& t : at.terms)
+            if (bends(t.input.law)) evaluate_sum(t.input, t.weights.data(), there, f, flux);
+        m.bent_Wb = {flux.d - here[0] * i.d - here[1] * i.q, flux.q - here[1] * i.d - here[3] * i.q};
         if (pulses == nullptr) return;
         const double step = kPart * std::max(std::abs(psi) / std::min(Ld, Lq), std::hypot(i.d, i.q));
         const std::array<double, 4> by_d = slope(i.d + step, i.q), by_q = slope(i.d, i.q + step);

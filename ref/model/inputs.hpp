@@ -47,7 +47,8 @@ inline void put_lost(const std::vector<Term>& terms, Moment& m)
     }
 }
 
-inline bool asks_what_flows(const Input& input) { return is_dead_time(input.law) && !input.averaged; }
+inline bool loses_what_flows(const Input& input) { return is_dead_time(input.law) && !input.averaged; }
+inline bool asks_what_flows(const Input& input) { return loses_what_flows(input) || bends(input.law); }
 
 /// What dead times take of the voltage at the currents here, as laws of the current; and what at the edges of the period
 /// that starts here. (E182)
@@ -57,7 +58,7 @@ inline Vector2 lost_in_legs(const std::vector<Term>& terms, const Moment& at, bo
     Moment m = at;
     m.starts = at_edges, m.ends = false;
     for (const Term& t : terms)
-        if (asks_what_flows(t.input) && (t.input.loss == LossLaw::edges) == at_edges)
+        if (loses_what_flows(t.input) && (t.input.loss == LossLaw::edges) == at_edges)
             evaluate_sum(t.input, t.weights.data(), m, f, g);
     // The mean of a period counts at its start alone, and there twice.
     return at_edges ? Vector2{0.5 * f.d, 0.5 * f.q} : f;
@@ -82,13 +83,17 @@ inline void put_told(const std::vector<Term>& terms, const TraceColumns& c, std:
     m.told_more = told_more(m, g);
 }
 
-/// Adds to f what dead times lose more for one unit of a sensor's weight, whose flux is g: by difference.
-inline void add_by_sensor(const std::vector<Term>& terms, const Moment& at, Vector2 g, Vector2& f)
+/// What there is more for one unit of a sensor's weight, whose flux is g: of flux by the iron's bend, of what dead times
+/// lose by difference.
+inline void add_by_sensor(const std::vector<Term>& terms, const Moment& at, Vector2& f, Vector2& g)
 {
-    const Vector2 more = told_more(at, g);
+    const Vector2 more = told_more(at, g), in_iron = at.ahead.on(more),
+                  bent = at.ahead.back({at.bend_dd_H * in_iron.d + at.bend_dq_H * in_iron.q,
+                                        at.bend_dq_H * in_iron.d + at.bend_qq_H * in_iron.q});
+    g.d -= bent.d, g.q -= bent.q;
     const double size = std::hypot(more.d, more.q);
     for (const Term& t : terms) {
-        if (!asks_what_flows(t.input) || !(size > 0.0)) continue;
+        if (!loses_what_flows(t.input) || !(size > 0.0)) continue;
         // Of a width: a difference bends by as much, and rounds to 1e-13.
         constexpr double kStep = 1e-3;
         const double step = kStep * t.input.shape[0] / size;
@@ -117,7 +122,7 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         evaluate(t.input, m, f, g, t.weights.data());
         const int weights = weights_of(t.input.law), shapes = free_shapes_of(t.input);
         for (int w = 0; w < weights; ++w) {
-            if (tells_other_currents(t.input)) add_by_sensor(terms, m, g[w], f[w]);
+            if (tells_other_currents(t.input)) add_by_sensor(terms, m, f[w], g[w]);
             put(f[w], g[w]);
         }
         if (shapes == 0) continue;
@@ -147,7 +152,7 @@ void put_inputs(const std::vector<Term>& terms, const std::vector<Input>& candid
         evaluate(input, m, f, g);
         const int weights = weights_of(input.law);
         for (int w = 0; w < weights; ++w) {
-            if (tells_other_currents(input)) add_by_sensor(terms, m, g[w], f[w]);
+            if (tells_other_currents(input)) add_by_sensor(terms, m, f[w], g[w]);
             put(f[w], g[w]);
         }
     }

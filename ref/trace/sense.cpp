@@ -37,7 +37,7 @@ std::string inductance_sense(const TraceSetup& setup, const Point& at)
             m.i_d = log.i_d_A[k], m.i_q = log.i_q_A[k];
             double f[4] = {}, g[4] = {};
             for (const Term& t : at.terms)
-                if (!is_dead_time(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
+                if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
             part[0].push_back(1.0 + g[0] / at.base[1]), part[1].push_back(1.0 + g[3] / at.base[2]);
         }
     }
@@ -63,7 +63,7 @@ std::string convex_sense(const TraceSetup& setup, const Point& at)
             m.i_d = log.i_d_A[k], m.i_q = log.i_q_A[k];
             double f[4] = {}, g[4] = {at.base[1], 0.0, 0.0, at.base[2]};
             for (const Term& t : at.terms)
-                if (!is_dead_time(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
+                if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), m, f, g);
             ++looked, bent += g[0] > 0.0 && g[0] * g[3] - g[1] * g[2] > 0.0 ? 0 : 1;
         }
     }
