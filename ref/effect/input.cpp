@@ -42,7 +42,7 @@ const Moment& turned(const Input& input, const Moment& at, Moment& m)
 }
 
 /// The moment as the legs have it: with the currents that flow, in the angle that it lacks. A controller gives back by
-/// what it is told, and a mean over turns has none of a sensor's error. (E182)
+/// what it is told, and a mean over turns has none of a sensor's error. (E195)
 const Moment& as_legs_have_it(const Input& input, const Moment& at, Moment& m)
 {
     const bool more = at.told_more.d != 0.0 || at.told_more.q != 0.0;
@@ -108,7 +108,7 @@ void drawn(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
     g.d -= at.bend_dd_H * o.d + at.bend_dq_H * o.q, g.q -= at.bend_dq_H * o.d + at.bend_qq_H * o.q;
 }
 
-/// What the iron has of the currents that are told. (E182)
+/// What the iron has of the currents that are told. (E195)
 Vector2 in_iron(const Moment& at) { return {at.i_d - at.told_more.d, at.i_q - at.told_more.q}; }
 
 void saturation(const Input& input, const Moment& at, Vector2 g[])
@@ -141,7 +141,10 @@ Vector2 plus(Vector2 a, double by, Vector2 b) { return {a.d + by * b.d, a.q + by
 
 /// What reaches the machine of a voltage at this sample; of a period's, over all of it.
 Vector2 reaching(const Moment& at, Vector2 v) { return plus(plus(v, -1.0, at.lost), -1.0, at.lost_in_legs); }
-Vector2 reaching_at_end(const Moment& at) { return plus(reaching(at, {at.v_end_d, at.v_end_q}), -1.0, at.lost_at_edges); }
+Vector2 reaching_at_end(const Moment& at)
+{
+    return plus(reaching(at, {at.v_end_d, at.v_end_q}), -1.0, at.lost_at_edges);
+}
 
 /// The machine about these currents: incremental inductances, and the flux where their tangent meets no current.
 struct Tangent {
@@ -240,7 +243,8 @@ Pulsed pulsed(const Input& input, const Moment& m, Vector2 lost_V, double back_V
     double of_d[3], of_q[3];
     put_dq({c, s}, of_d), put_dq({-s, c}, of_q);
     for (int k = 0; k < 3; ++k)
-        for (int n = 0; n < 3; ++n) out.per_H[k][n] = 2.0 / 3.0 * (of_d[k] * of_d[n] / iron.d + of_q[k] * of_q[n] / iron.q);
+        for (int n = 0; n < 3; ++n)
+            out.per_H[k][n] = 2.0 / 3.0 * (of_d[k] * of_d[n] / iron.d + of_q[k] * of_q[n] / iron.q);
     const int rests = resting_leg(input.modulation, each_V);
     if (rests < 0) return out;
     put_dq(plus(m.v_now, -std::cos(h), turned_by(h, m.change[0])), last_V);
@@ -359,8 +363,8 @@ Vector2 sampled_late(const Moment& at, Vector2 v, double late)
     if (at.settled) return {i.d - then.d, i.q - then.q};
     const Tangent iron(at);
     const double w = at.w_e;
-    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q}, slope = iron.slope(w, v_then, then, 1.0),
-        bend = iron.slope(w, {w * v_then.q, -w * v_then.d}, slope, 0.0),
+    const Vector2 v_then{c * v.d - s * v.q, s * v.d + c * v.q},
+        slope = iron.slope(w, v_then, then, 1.0), bend = iron.slope(w, {w * v_then.q, -w * v_then.d}, slope, 0.0),
         twist = iron.slope(w, {-w * w * v_then.d, -w * w * v_then.q}, bend, 0.0);
     const double by_2 = 0.5 * late * late, by_3 = by_2 * late / 3.0;
     const Vector2 row = plus(plus(plus(then, -late, slope), by_2, bend), -by_3, twist);
@@ -726,8 +730,8 @@ bool asks_for_lost_in_legs(const Input& input) { return asks_for_lost(input) && 
 
 bool asks_for_lost(const Input& input)
 {
-    return shifts_currents(input) || filters_currents(input) || input.law == Law::delay || input.law == Law::pulsed_shift ||
-           input.law == Law::iron_loss || input.law == Law::turn_short;
+    return shifts_currents(input) || filters_currents(input) || input.law == Law::delay ||
+           input.law == Law::pulsed_shift || input.law == Law::iron_loss || input.law == Law::turn_short;
 }
 
 Vector2 turned_by(double angle, Vector2 x) { return Angle(angle).on(x); }
@@ -771,7 +775,8 @@ Moment in_rotors_frame(Moment m)
         d = x.d, q = x.q;
     };
     turn(m.i_d, m.i_q), turn(m.v_end_d, m.v_end_q);
-    for (Vector2* v : {&m.v_next, &m.v_now, &m.lost, &m.lost_in_legs, &m.lost_at_edges, &m.told_more}) *v = ahead.on(*v);
+    for (Vector2* v : {&m.v_next, &m.v_now, &m.lost, &m.lost_in_legs, &m.lost_at_edges, &m.told_more})
+        *v = ahead.on(*v);
     for (int n = 0; n < m.past; ++n) m.change[n] = ahead.on(m.change[n]);
     for (Vector2& v : m.turned) v = ahead.on(v);
     const Vector2 e = ahead.back({m.cos_e, m.sin_e});
@@ -972,9 +977,8 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         const Vector2 more = of_pulses(input, weights[0], at);
         Moment run = at;
         run.i_d -= more.d, run.i_q -= more.q;
-        const Vector2 late = input.law == Law::pulsed_shift
-                                 ? sampled_late(run, reaching(at, at.v_next), weights[0])
-                                 : filtered(run, weights[0]);
+        const Vector2 late = input.law == Law::pulsed_shift ? sampled_late(run, reaching(at, at.v_next), weights[0])
+                                                            : filtered(run, weights[0]);
         Vector2 of_f, of_g;
         sensor(at, plus(more, 1.0, late), of_f, of_g);
         f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);

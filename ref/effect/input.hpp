@@ -134,7 +134,6 @@ bool loses_voltage(Law law);
 bool asks_for_lost(const Input& input);
 bool asks_for_lost_in_legs(const Input& input);
 
-
 /// (E54): torque of one unit of each weight, at speed w_m and shaft angle theta_m.
 void evaluate_torque(const Input& input, double w_m, double theta_m, double torque[kMostWeights]);
 

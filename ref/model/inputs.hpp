@@ -71,7 +71,7 @@ inline Vector2 told_more(const Moment& m, Vector2 g)
     return m.ahead.back({-of.d / m.Ld, -of.q / m.Lq});
 }
 
-/// The currents that sensors tell more than flows. (E182)
+/// The currents that sensors tell more than flows. (E195)
 inline void put_told(const std::vector<Term>& terms, const TraceColumns& c, std::size_t k, Moment& m)
 {
     Vector2 f, g;
