@@ -311,17 +311,19 @@ double first_seen(const Model& model, const Refined& base, const Screened& s)
     return seen;
 }
 
-/// Of currents told between pulses, the modulation that does best once a step is taken: the linear ones are alike from no
-/// shift, and say nothing of one by half a period.
+/// Of currents told between pulses, the modulation that does best once a step is taken: the linear ones are alike, and
+/// which of them leads is a matter of rounding. They say nothing of a shift by half a period.
 const Screened& by_legs(const Model& model, const Refined& base, const std::vector<Screened>& screened,
                         const Screened& s)
 {
     const Input& input = s.candidate->inputs.front();
     if (effect_of(input.law).shape != Shape::pulses || input.free_angle) return s;
+    constexpr double kAlike = 1.0;  // nat
     const Screened* best = &s;
     double most = -HUGE_VAL;
     for (const Screened& other : screened) {
         if (!other.candidate || other.candidate->inputs.front().law != input.law) continue;
+        if (s.candidate->also_from == 0.0 && std::abs(other.seen - s.seen) > kAlike) continue;
         const double seen = first_seen(model, base, other);
         if (seen > most) most = seen, best = &other;
     }
