@@ -513,7 +513,9 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     if (at.settled) return void(g = settled_iron(input, at));
     const double periods = input.shape[0], kept = periods > 0.0 ? std::exp(-1.0 / periods) : 0.0;
     const double tau = periods * at.period_s + at.lag_s;
-    const Vector2 v = plus(reaching_at_end(at), -1.0, on_the_way(at, tau));
+    // What has no memory goes by the voltage that acts when the currents are told.
+    const bool of_next = at.later && !(periods > 0.0);
+    const Vector2 v = of_next ? reaching(at, at.v_next) : plus(reaching_at_end(at), -1.0, on_the_way(at, tau));
     Vector2 e{v.d - at.R * at.i_d, v.q - at.R * at.i_q};
     if (periods > 0.0) {
         // What R takes of the winding's current is late as well.
@@ -523,6 +525,11 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
         e = plus(e, at.R, late_current(winding, tau));
     }
     g = {-at.Ld * e.d, -at.Lq * e.q};
+    if (of_next) {
+        // R carried what this period's voltage made of it.
+        if (at.ends) f = {at.R * (at.v_end_d - at.v_next.d), at.R * (at.v_end_q - at.v_next.q)};
+        return;
+    }
     const double beside = at.R * (0.5 * (1.0 + kept) - (1.0 - kept) * periods);
     double part = 1.0;
     for (int n = 0; n < at.past && part > 0.0; ++n, part *= kept) f = plus(f, beside * part, at.change[n]);
@@ -710,20 +717,17 @@ template <typename Sum> void slope_by(double weights[], int j, double step, Sum&
 
 bool loses_voltage(Law law) { return law == Law::voltage_offset || law == Law::voltage_scale; }
 
-namespace {
-
 bool shifts_currents(const Input& input)
 {
-    return input.law == Law::sample_shift &&
-           static_cast<Instant>(static_cast<int>(input.shape[0])) <= Instant::currents_after;
+    return input.law == Law::pulsed_shift ||
+           (input.law == Law::sample_shift &&
+            static_cast<Instant>(static_cast<int>(input.shape[0])) <= Instant::currents_after);
 }
-
-}  // namespace
 
 bool tells_other_currents(const Input& input)
 {
     return input.law == Law::current_offset || input.law == Law::current_gain_mismatch || shifts_currents(input) ||
-           input.law == Law::pulsed_shift || filters_currents(input);
+           filters_currents(input);
 }
 
 bool asks_for_lost_in_legs(const Input& input) { return asks_for_lost(input) && input.law != Law::delay; }
@@ -731,7 +735,7 @@ bool asks_for_lost_in_legs(const Input& input) { return asks_for_lost(input) && 
 bool asks_for_lost(const Input& input)
 {
     return shifts_currents(input) || filters_currents(input) || input.law == Law::delay ||
-           input.law == Law::pulsed_shift || input.law == Law::iron_loss || input.law == Law::turn_short;
+           input.law == Law::iron_loss || input.law == Law::turn_short;
 }
 
 Vector2 turned_by(double angle, Vector2 x) { return Angle(angle).on(x); }
@@ -889,7 +893,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::turn_short: {
         // A third of what it draws, and that mirrored on the phase's axis. (E120)
         const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{},
-                      v = plus(reaching_at_end(at), -1.0, late);
+                      v = at.later ? reaching(at, at.v_next) : plus(reaching_at_end(at), -1.0, late);
         const double d = v.d / 3.0, q = v.q / 3.0;
         const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
         drawn(at, {d, q}, f[0], g[0]);

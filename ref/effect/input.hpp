@@ -46,6 +46,7 @@ bool filters_currents(const Input& input);
 
 /// Whether currents are told that do not flow at the row.
 bool tells_other_currents(const Input& input);
+bool shifts_currents(const Input& input);
 
 /// Whether the angle is told at another instant than the rest.
 bool shifts_angle(const Input& input);
@@ -86,6 +87,7 @@ struct Moment {
     double period_s = 0;
     double lag_s = 0;      ///< of a filter that all of the line's current passes
     Angle ahead;           ///< of the rotor, what the angle is in whose frame all of this is seen
+    bool later = false;    ///< currents are told under the voltage that begins here
     bool settled = false;  ///< a point that lasts: its voltage has not just stepped
     Vector2 lost;          ///< of the voltage, before it reaches the machine
     double state = 0;      ///< of the law that is asked: heat, K or a part, or the power that a link's source gives, W

@@ -117,6 +117,7 @@ struct ElectricalModel::Plant {
     bool asks_legs = false;         ///< for what dead times take of the voltage, where there are any
     bool asks_lost = false;         ///< for what of the voltage does not reach the machine, where any is
     double lag_s = 0.0;             ///< of the currents' filter
+    bool later = false;             ///< currents are told under the voltage that begins at their row
     Angle ahead;                    ///< what the angle is of the rotor
     double ahead_s = 0.0;           ///< the same, of a later instant
     int past = kFewPast;            ///< periods whose voltages count
@@ -131,6 +132,7 @@ struct ElectricalModel::Plant {
         for (const Term& t : at.terms) {
             if (t.input.law == Law::skin_effect) skin += t.weights[0];
             if (filters_currents(t.input)) lag_s += t.weights[0];
+            later = later || (shifts_currents(t.input) && t.weights[0] > 0.0);
             if (filters_currents(t.input) || (t.input.law == Law::iron_loss && t.input.shape[0] > 0.0)) past = kPast;
             if (shifts_angle(t.input)) ahead_s += t.weights[0];
             bends_iron = bends_iron || bends(t.input.law);
@@ -186,7 +188,7 @@ struct ElectricalModel::Plant {
         if (!piece.log->v_dc_V.empty()) m.v_dc = piece.log->v_dc_V[k];
         if (asks_next) m.v_next = model.begun(row, m.w_e * dt);
         m.v_end_d = v_end.d, m.v_end_q = v_end.q, m.period_s = dt;
-        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.pulses = pulses;
+        m.R = R, m.Ld = Ld, m.Lq = Lq, m.psi = psi, m.lag_s = lag_s, m.later = later, m.pulses = pulses;
         put_state(at.terms, c, k, m);
         m.ahead = ahead_s == 0.0 ? ahead : Angle(ahead.rad + ahead_s * m.w_e);
         put_bend(m);
@@ -277,10 +279,10 @@ struct ElectricalModel::Plant {
     template <typename Visit> void each_term(const Piece& piece, std::size_t k, Moment& m, Visit&& visit) const
     {
         Moment winding;
-        const bool beside = lag_s != 0.0 && put_beside_line(m, winding);
+        const bool beside = (lag_s != 0.0 || later) && put_beside_line(m, winding);
         for (const Term& t : at.terms) {
             m.state = state_at(columns(piece), t.input, k);
-            visit(t, beside && filters_currents(t.input) ? winding : m);
+            visit(t, beside && (filters_currents(t.input) || shifts_currents(t.input)) ? winding : m);
         }
     }
 
@@ -300,7 +302,7 @@ struct ElectricalModel::Plant {
         });
     }
 
-    /// Behind a filter, without what the line's current has beside the winding's. False where that is nothing.
+    /// Behind a filter, or of another instant, without what the line's current has beside the winding's. False where that is nothing.
     bool put_beside_line(const Moment& m, Moment& winding) const
     {
         bool beside = false;

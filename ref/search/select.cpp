@@ -60,6 +60,12 @@ bool has(const Point& at, const std::string& name)
 
 bool gives_back(const Candidate& c) { return c.inputs.front().law == Law::dead_given_back; }
 
+bool is_between_pulses(const Point& at)
+{
+    return std::any_of(at.terms.begin(), at.terms.end(),
+                       [](const Term& t) { return effect_of(t.input.law).shape == Shape::pulses; });
+}
+
 bool bends_iron(const std::string& name)
 {
     return name == name_of(Law::saturation) || name == name_of(Law::cross_saturation);
@@ -741,8 +747,9 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             if (!t.refined.ok || !told(model, t.over, s.best.point, t.refined.point, options)) continue;
             if (taken && !stands_before(t, *taken)) continue;
             std::string why = options.veto ? options.veto(t.refined.point) : std::string();
-            if (!why.empty() && gives_back(t.candidate) && options.settle) {
-                // What takes the whole of an inverter's loss, and finds nothing given back, is that loss.
+            if (!why.empty() && options.settle && (gives_back(t.candidate) || is_between_pulses(t.refined.point))) {
+                // What takes the whole of an inverter's loss, and finds nothing given back, is that loss; beside currents
+                // told between the wrong pulses, or between any, a short is not of one phase.
                 Refined settled = options.settle(t.refined);
                 const Better over = better(model, s.best.left, settled.left);
                 if (settled.ok && options.veto(settled.point).empty() &&
