@@ -213,7 +213,7 @@ static void faults_have_their_names_and_phases(void)
         const char *key, *size, *name, *parameter, *phase;
         double value, within;
     } cases[] = {
-        {"nonideal.turn_short", "0.05", "turn_short", "short_S", "a", 0.0337, 0.006},
+        {"nonideal.turn_short", "0.05", "turn_short", "short_S", "a", 0.0267, 0.005},
         {"nonideal.current_gain_b", "0.1", "current_gain", "gain", "b", 0.095, 0.03},
         {"nonideal.angle_offset_rad", "0.05", "encoder_offset", "angle_rad", "", 0.05, 0.008},
         {"nonideal.phase_connection_ohm", "0.1", "phase_connection", "phase_resistance_ohm", "a", 0.07, 0.02},
