@@ -238,8 +238,8 @@ struct ElectricalModel::Plant {
             if (asks_told) put_told(at.terms, columns(piece), k, m0);
         }
         put_flowing(piece, k + 1, m1);
-        const Vector2 past = stationary(m0.told_more);
-        m1.past_more_alpha = past.d, m1.past_more_beta = past.q;
+        const Vector2 at_start = stationary(m0.told_more);
+        m1.past_more_alpha = at_start.d, m1.past_more_beta = at_start.q;
     }
 
     /// Along the rotor's axes, where a term asks for it.
@@ -249,25 +249,27 @@ struct ElectricalModel::Plant {
         // Of the current that shorts the magnet, or of what flows: a difference of slopes bends by as little.
         constexpr double kPart = 1e-4;
         const Vector2 i = m.ahead.on({m.i_d - m.told_more.d, m.i_q - m.told_more.q});
-        const auto slope = [&](double i_d, double i_q) {
+        const auto in_rotor = [&m](double i_d, double i_q) {
             Moment there = m;
             there.ahead = Angle(), there.i_d = i_d, there.i_q = i_q, there.told_more = {};
+            return there;
+        };
+        const auto slope = [&](const Moment& there) {
             std::array<double, 4> f{}, g{};
             for (const Term& t : at.terms)
                 if (bends(t.input.law)) evaluate_slope(t.input, t.weights.data(), there, f.data(), g.data());
             return g;
         };
-        const std::array<double, 4> here = slope(i.d, i.q);
+        const Moment there = in_rotor(i.d, i.q);
+        const std::array<double, 4> here = slope(there);
         m.bend_dd_H = here[0], m.bend_dq_H = here[1], m.bend_qq_H = here[3];
-        Moment there = m;
-        there.ahead = Angle(), there.i_d = i.d, there.i_q = i.q, there.told_more = {};
         Vector2 f, flux;
         for (const Term& t : at.terms)
             if (bends(t.input.law)) evaluate_sum(t.input, t.weights.data(), there, f, flux);
         m.bent_Wb = {flux.d - here[0] * i.d - here[1] * i.q, flux.q - here[1] * i.d - here[3] * i.q};
         if (pulses == nullptr) return;
         const double step = kPart * std::max(std::abs(psi) / std::min(Ld, Lq), std::hypot(i.d, i.q));
-        const std::array<double, 4> by_d = slope(i.d + step, i.q), by_q = slope(i.d, i.q + step);
+        const std::array<double, 4> by_d = slope(in_rotor(i.d + step, i.q)), by_q = slope(in_rotor(i.d, i.q + step));
         for (const int n : {0, 1, 2}) {
             const std::size_t of[3] = {0, 1, 3};  // [dd dq qd qq]
             m.by_d_H_A[n] = step > 0.0 ? (by_d[of[n]] - here[of[n]]) / step : 0.0;
