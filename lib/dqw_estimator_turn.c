@@ -19,6 +19,7 @@
 #define LAG_FEW 100u
 #define LAG_SD 5.0f
 #define LAG_LEAST 0.1f  // of half a window
+#define LAG_MOTION 0.5f
 #define AHEAD_COSINE 0.9f
 
 static void turn(float x[2], float c, float n)
@@ -38,13 +39,16 @@ static bool has_effects(const dqw_estimator *e)
 #endif
 }
 
-// How late the speed is, where that is beyond doubt.
+// How late the speed is, where that is beyond doubt, and the speed's changes are more motion than noise, which does not
+// last: that many times those would bring more of the noise than it mends, and what is over next to nothing may be
+// anything.
 static float lag_s_of(const dqw_estimator *e)
 {
     const float blocks = e->blocks < LAG_BLOCKS ? (float)e->blocks : (float)LAG_BLOCKS;
     const bool sure = e->blocks >= LAG_FEW &&
                       e->lag_num * e->lag_num * blocks > LAG_SD * LAG_SD * e->lag_rest * e->lag_by;
-    const float lag_s = sure && e->lag_den > 0.0f ? e->lag_num / e->lag_den : 0.0f;
+    const bool moves = e->lag_den > LAG_MOTION * e->lag_by;
+    const float lag_s = sure && moves ? e->lag_num / e->lag_den : 0.0f;
     // Not what the angle itself may be late by.
     return lag_s > LAG_LEAST * (float)e->window.half * e->config->dt_s ? lag_s : 0.0f;
 }

@@ -100,14 +100,18 @@ static direction direction_of_any(int64_t angle_q44)
     return sum_of(half, half);
 }
 
-// How late the speed is, in halves of a window, where that is beyond doubt.
+// How late the speed is, in halves of a window, where that is beyond doubt, and the speed's changes are more motion than
+// noise, which does not last: that many times those would bring more of the noise than it mends, and what is over next
+// to nothing may be anything.
 static int32_t lag_of(const dqw_estimator_q15 *e)
 {
     const int64_t blocks = e->blocks < 1u << LAG_BITS ? e->blocks : 1 << LAG_BITS;
     // 2^60 by 2^12, and 2^60 by 25: of halves
     const bool sure = e->blocks >= LAG_FEW && (((int64_t)e->lag_num * e->lag_num) >> 17) * blocks >
                                                   (((int64_t)e->lag_rest * e->lag_by) >> 17) * LAG_SD2;
-    const int32_t lag_q20 = sure && e->lag_den > 0 ? dqw_q_quotient32(e->lag_num, e->lag_den, 20) : 0;
+    // Half of it.
+    const bool moves = e->lag_den > e->lag_by >> 1;
+    const int32_t lag_q20 = sure && moves ? dqw_q_quotient32(e->lag_num, e->lag_den, 20) : 0;
     // Not what the angle itself may be late by.
     return lag_q20 > LAG_LEAST_Q20 ? lag_q20 : 0;
 }
