@@ -45,6 +45,8 @@
 // By how much the healthy residual's power may rise in a look: while few operating points were met, and later. While
 // hardly any were, a speed that steps for the first time makes any.
 #define NEW_SEGMENTS 3u
+// Until healthy values stand.
+#define FEW_SEGMENTS_OBSERVED 5u
 #define YOUNG_SEGMENTS 20u
 #define RESIDUAL_RISE_NEW 1e4f
 #define RESIDUAL_RISE_YOUNG 1.1f
@@ -235,10 +237,16 @@ static bool is_known(const dqw_monitor *m, int weight)
     return sd(m, weight) * parts < value(m, weight);
 }
 
-// Has no segment ended yet? A drive has then been seen at one operating point.
+// Have so many segments ended? Before the first a drive has been seen at one operating point.
+static bool has_met(const dqw_monitor *m, unsigned segments)
+{
+    return !dqw_estimator_forgets(&m->estimator) || m->estimator.segment.segments >= segments;
+}
+
+// An observer leans at each operating point as it does there.
 static bool is_young(const dqw_monitor *m)
 {
-    return dqw_estimator_forgets(&m->estimator) && m->estimator.segment.segments == 0;
+    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : 1u);
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
@@ -450,7 +458,7 @@ static void enter_service(dqw_monitor *m)
 static bool known(const dqw_monitor *m)
 {
     const bool frame = m->estimator.across == 0;
-    const bool holds = m->estimator.stage.times_back == 0 || !is_young(m);
+    const bool holds = m->estimator.stage.times_back == 0 || has_met(m, 1);
     return frame && holds && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 

@@ -34,6 +34,8 @@
 #define YOUNG_SEGMENTS 20u
 // While hardly any were met, a speed that steps for the first time makes any residual.
 #define NEW_SEGMENTS 3u
+// Until healthy values stand.
+#define FEW_SEGMENTS_OBSERVED 5u
 // Of a change a weight shows so much at least, for its share is a divisor: 0.05.
 #define SHARE_LEAST_Q24 838861
 #define TEMPERATURE_BAND_K 5
@@ -368,10 +370,16 @@ static bool is_known(const dqw_monitor_q15 *m, int weight)
     return (int64_t)sd(m, weight) * parts < value(m, weight);
 }
 
-// Has no segment ended yet? A drive has then been seen at one operating point.
+// Have so many segments ended? Before the first a drive has been seen at one operating point.
+static bool has_met(const dqw_monitor_q15 *m, unsigned segments)
+{
+    return !dqw_estimator_forgets_q15(&m->estimator) || m->estimator.segment.segments >= segments;
+}
+
+// An observer leans at each operating point as it does there.
 static bool is_young(const dqw_monitor_q15 *m)
 {
-    return dqw_estimator_forgets_q15(&m->estimator) && m->estimator.segment.segments == 0;
+    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : 1u);
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
@@ -509,7 +517,7 @@ static void enter_service(dqw_monitor_q15 *m)
 static bool known(const dqw_monitor_q15 *m)
 {
     const bool frame = m->estimator.across == 0;
-    const bool holds = m->estimator.stage.times_back == 0 || !is_young(m);
+    const bool holds = m->estimator.stage.times_back == 0 || has_met(m, 1);
     return frame && holds && is_known(m, DQW_R) && is_known(m, DQW_LQ) && is_known(m, DQW_PSI);
 }
 

@@ -698,6 +698,25 @@ static void test_healthy_values_settle_while_they_are_known(void)
         }
 }
 
+// Behind an observer's angle none stands before five segments have ended, else one is enough. (E63)
+static void test_healthy_values_stand_later_behind_an_observer(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor *serving = in_service(&c);
+    for (int observed = 0; observed < 2; observed++)
+        for (uint16_t segments = 0; segments < 7; segments++) {
+            dqw_monitor m = *serving;
+            c.estimator.observed = observed != 0;
+            m.estimator.segment.segments = segments;
+            m.watch.looks[DQW_WATCH_PSI] = 0;
+            // Three looks, in which no segment ends.
+            (void)watch(&m, 24000, 24000 + 20 * 18);
+            CASE("observed %d, %u segments: %d looks", observed, segments, m.watch.looks[DQW_WATCH_PSI]);
+            HOLDS(m.estimator.segment.segments == segments);
+            HOLDS((m.watch.looks[DQW_WATCH_PSI] > 0) == (segments >= (observed ? 5 : 1)));
+        }
+}
+
 // What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
 // by so many of its widths less one. (E63)
 static void test_what_heat_explains_is_no_change(void)
@@ -951,6 +970,7 @@ int main(void)
     RUN_TEST(test_a_start_is_forgotten);
     RUN_TEST(test_an_encoder_that_is_off_turns_the_frame_first);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
+    RUN_TEST(test_healthy_values_stand_later_behind_an_observer);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_friction_takes_no_lost_half_for_one);
