@@ -82,6 +82,17 @@ struct Cross {
     }
 };
 
+/// The functions of i_q under these weights, of one of i_d.
+struct InQ {
+    double value = 0.0, slope = 0.0, bend = 0.0;
+
+    InQ(const Family& of_q, const double weights[])
+    {
+        for (int b = 0; b < of_q.count; ++b)
+            value += weights[b] * of_q.value[b], slope += weights[b] * of_q.slope[b], bend += weights[b] * of_q.bend[b];
+    }
+};
+
 }  // namespace
 
 void own_flux(const std::array<double, 4>& shape, double i_d_A, double i_q_A, double psi_d[], double psi_q[])
@@ -103,6 +114,28 @@ void cross_flux(const std::array<double, 4>& shape, double i_d_A, double i_q_A, 
             psi_d[j] = by_d * c.of_d.slope[a] * c.of_q.value[b], psi_q[j] = by_q * c.of_d.value[a] * c.of_q.slope[b];
 }
 
+std::array<double, 2> own_flux_sum(const std::array<double, 4>& shape, const double weights[], double i_d_A,
+                                   double i_q_A)
+{
+    const Own own(shape, i_d_A, i_q_A);
+    double d = 0.0, q = 0.0;
+    for (int k = 0; k < kOwnCells; ++k)
+        d += weights[k] * own.of_d.slope[k], q += weights[kOwnCells + k] * own.of_q.slope[k];
+    return {d, q};
+}
+
+std::array<double, 2> cross_flux_sum(const std::array<double, 4>& shape, const double weights[], double i_d_A,
+                                     double i_q_A)
+{
+    const Cross c(shape, i_d_A, i_q_A);
+    double d = 0.0, q = 0.0;
+    for (int a = 0; a < c.of_d.count; ++a) {
+        const InQ by(c.of_q, weights + a * c.of_q.count);
+        d += c.of_d.slope[a] * by.value, q += c.of_d.value[a] * by.slope;
+    }
+    return {c.unit / c.d.cell_A * d, c.unit / c.q_cell_A * q};
+}
+
 std::array<double, 3> own_inductance(const std::array<double, 4>& shape, const double weights[], double i_d_A,
                                      double i_q_A)
 {
@@ -118,13 +151,10 @@ std::array<double, 3> cross_inductance(const std::array<double, 4>& shape, const
 {
     const Cross c(shape, i_d_A, i_q_A);
     double dd = 0.0, dq = 0.0, qq = 0.0;
-    int j = 0;
-    for (int a = 0; a < c.of_d.count; ++a)
-        for (int b = 0; b < c.of_q.count; ++b, ++j) {
-            dd += weights[j] * c.of_d.bend[a] * c.of_q.value[b];
-            dq += weights[j] * c.of_d.slope[a] * c.of_q.slope[b];
-            qq += weights[j] * c.of_d.value[a] * c.of_q.bend[b];
-        }
+    for (int a = 0; a < c.of_d.count; ++a) {
+        const InQ by(c.of_q, weights + a * c.of_q.count);
+        dd += c.of_d.bend[a] * by.value, dq += c.of_d.slope[a] * by.slope, qq += c.of_d.value[a] * by.bend;
+    }
     const double by_d = c.d.cell_A, by_q = c.q_cell_A;
     return {c.unit / (by_d * by_d) * dd, c.unit / (by_d * by_q) * dq, c.unit / (by_q * by_q) * qq};
 }

@@ -15,7 +15,13 @@ constexpr int kOwnWeights = 2 * kOwnCells, kCrossWeights = (kCrossCells + 2) * (
 void own_flux(const std::array<double, 4>& shape, double i_d_A, double i_q_A, double psi_d[], double psi_q[]);
 void cross_flux(const std::array<double, 4>& shape, double i_d_A, double i_q_A, double psi_d[], double psi_q[]);
 
-/// Their sums' slopes by the currents, dd, dq, qq, H.
+/// Their sums over the weights, psi_d and psi_q, Wb.
+std::array<double, 2> own_flux_sum(const std::array<double, 4>& shape, const double weights[], double i_d_A,
+                                   double i_q_A);
+std::array<double, 2> cross_flux_sum(const std::array<double, 4>& shape, const double weights[], double i_d_A,
+                                     double i_q_A);
+
+/// The sums' slopes by the currents, dd, dq, qq, H.
 std::array<double, 3> own_inductance(const std::array<double, 4>& shape, const double weights[], double i_d_A,
                                      double i_q_A);
 std::array<double, 3> cross_inductance(const std::array<double, 4>& shape, const double weights[], double i_d_A,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "ref/effect/edges.hpp"
 #include "ref/effect/filter.hpp"
@@ -27,31 +28,35 @@ struct Phases {
     double a, b, c;
 };
 
+/// A moment where it is not the one that is asked for: to make one costs more than most laws.
+using Other = std::optional<Moment>;
+
 /// The moment seen with the angle that it lacks; `m` holds it where it differs.
-const Moment& turned(const Input& input, const Moment& at, Moment& m)
+const Moment& turned(const Input& input, const Moment& at, Other& m)
 {
     if (input.shape[1] == 0.0) return at;
-    m = at;
+    if (!m) m = at;
     const double c = std::cos(input.shape[1]), s = std::sin(input.shape[1]);
-    m.cos_e = c * at.cos_e - s * at.sin_e, m.sin_e = s * at.cos_e + c * at.sin_e;
-    m.past_alpha = c * at.past_alpha - s * at.past_beta, m.past_beta = s * at.past_alpha + c * at.past_beta;
-    m.bow_alpha = c * at.bow_alpha - s * at.bow_beta, m.bow_beta = s * at.bow_alpha + c * at.bow_beta;
-    m.held_alpha = c * at.held_alpha - s * at.held_beta, m.held_beta = s * at.held_alpha + c * at.held_beta;
-    m.before_alpha = c * at.before_alpha - s * at.before_beta, m.before_beta = s * at.before_alpha + c * at.before_beta;
-    return m;
+    const auto turn = [c, s](double& x, double& y) {
+        const double of_x = x;
+        x = c * of_x - s * y, y = s * of_x + c * y;
+    };
+    turn(m->cos_e, m->sin_e);
+    turn(m->past_alpha, m->past_beta), turn(m->bow_alpha, m->bow_beta);
+    turn(m->held_alpha, m->held_beta), turn(m->before_alpha, m->before_beta);
+    return *m;
 }
 
 /// The moment as the legs have it: with the currents that flow, in the angle that it lacks. A controller gives back by
 /// what it is told, and a mean over turns has none of a sensor's error. (E195)
-const Moment& as_legs_have_it(const Input& input, const Moment& at, Moment& m)
+const Moment& as_legs_have_it(const Input& input, const Moment& at, Other& m)
 {
     const bool more = at.told_more.d != 0.0 || at.told_more.q != 0.0;
     if (!more || input.averaged) return turned(input, at, m);
-    Moment flows = at;
-    flows.i_d -= at.told_more.d, flows.i_q -= at.told_more.q;
-    flows.past_alpha -= at.past_more_alpha, flows.past_beta -= at.past_more_beta;
-    if (input.shape[1] == 0.0) return m = flows;
-    return turned(input, flows, m);
+    m = at;
+    m->i_d -= at.told_more.d, m->i_q -= at.told_more.q;
+    m->past_alpha -= at.past_more_alpha, m->past_beta -= at.past_more_beta;
+    return turned(input, *m, m);
 }
 
 Phases phases_of(double alpha, double beta)
@@ -473,7 +478,7 @@ Vector2 settled_iron(const Input& input, const Moment& at)
 /// its own, as a flux along the rotor's axes. (E168)
 Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
 {
-    Moment seen;
+    Other seen;
     const Moment& at = turned(pulses, m, seen);
     // Of its own size a pulse is beyond its mean by a quarter at most.
     constexpr double kLeastPart = 1e-3;
@@ -585,7 +590,7 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
         const Vector2 more = iron.currents(flux);
         return plus({-more.d, -more.q}, -iron.R * late_s, iron.currents(more));
     }
-    Moment seen;
+    Other seen;
     const Moment& at = turned(input, m, seen);
     const Vector2 v = at.v_next;
     const Phases p = phases_of(at.cos_e * v.d - at.sin_e * v.q, at.sin_e * v.d + at.cos_e * v.q);
@@ -608,7 +613,7 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
 /// voltage's add to it where iron bends, as a voltage. (E169), (E180)
 Vector2 bent_by_pulses(const Input& input, const Moment& m)
 {
-    Moment seen;
+    Other seen;
     const Moment& at = turned(input, m, seen);
     const Phases v = phases_of(at.held_alpha, at.held_beta);
     const double each_V[3] = {v.a, v.b, v.c}, link = input.shape[0] > 0.0 ? input.shape[0] : at.v_dc;
@@ -830,7 +835,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::dead_time:
     case Law::dead_clamped:
     case Law::dead_given_back: {
-        Moment seen;
+        Other seen;
         const Moment& m = as_legs_have_it(input, at, seen);
         const bool edges = input.loss == LossLaw::edges;
         if (edges ? at.ends : at.starts) break;
@@ -924,7 +929,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     }
     case Law::voltage_offset: f[0].d = f[1].q = 1.0 / at.mean_of_held; break;
     case Law::clipped_current: {
-        Moment seen;
+        Other seen;
         const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const double limit = input.shape[0];
@@ -942,12 +947,11 @@ namespace {
 template <int kMost>
 void add_up(const Input& input, const double weights[], int count, const Moment& at, Vector2& f, Vector2& g)
 {
-    Vector2 each_f[kMost], each_g[kMost];
+    Vector2 each_f[kMost], each_g[kMost], of_f, of_g;
     evaluate(input, at, each_f, each_g, weights);
-    for (int j = 0; j < count; ++j) {
-        f.d += weights[j] * each_f[j].d, f.q += weights[j] * each_f[j].q;
-        g.d += weights[j] * each_g[j].d, g.q += weights[j] * each_g[j].q;
-    }
+    for (int j = 0; j < count; ++j)
+        of_f = plus(of_f, weights[j], each_f[j]), of_g = plus(of_g, weights[j], each_g[j]);
+    f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
 }  // namespace
@@ -990,6 +994,13 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     }
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
+    if (input.law == Law::own_map || input.law == Law::cross_map) {
+        const Vector2 i = in_iron(at);
+        const std::array<double, 2> psi =
+            (input.law == Law::own_map ? own_flux_sum : cross_flux_sum)(input.shape, weights, i.d, i.q);
+        g = plus(g, 1.0, {psi[0], psi[1]});
+        return;
+    }
     // Most have few weights, and zeros for the others would cost more than they do.
     constexpr int kFew = 3, kMore = 8;
     const int count = weights_of(input.law);
@@ -1014,7 +1025,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
     case Law::dead_time:
     case Law::dead_clamped:
     case Law::dead_given_back: {
-        Moment seen;
+        Other seen;
         const Moment& m = as_legs_have_it(input, at, seen);
         const double k = 1.0 / input.shape[0];
         double slope[3] = {}, out[4];
@@ -1077,7 +1088,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         break;
     }
     case Law::clipped_current: {
-        Moment seen;
+        Other seen;
         const Moment& m = turned(input, at, seen);
         const Phases p = phases_of(m);
         const auto slope = [&](double i) { return std::abs(i) > input.shape[0] ? 3.0 * weights[0] : 0.0; };
@@ -1110,7 +1121,7 @@ namespace {
 /// At the end of a period, of one reading of the law.
 void lost_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, double f_slope[4])
 {
-    Moment seen;
+    Other seen;
     const Moment& m = as_legs_have_it(input, at, seen);
     const Legs legs(input, m);
     const double by = 2.0 * weights[0];
@@ -1125,7 +1136,7 @@ void lost_with_slope(const Input& input, const double weights[], const Moment& a
 void lost_at_edges_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f,
                               double f_slope[4])
 {
-    Moment seen;
+    Other seen;
     const Moment& m = as_legs_have_it(input, at, seen);
     double out[4] = {};
     f = plus(f, weights[0], lost_at_edges(input, m, weights, out));
