@@ -949,8 +949,7 @@ void add_up(const Input& input, const double weights[], int count, const Moment&
 {
     Vector2 each_f[kMost], each_g[kMost], of_f, of_g;
     evaluate(input, at, each_f, each_g, weights);
-    for (int j = 0; j < count; ++j)
-        of_f = plus(of_f, weights[j], each_f[j]), of_g = plus(of_g, weights[j], each_g[j]);
+    for (int j = 0; j < count; ++j) of_f = plus(of_f, weights[j], each_f[j]), of_g = plus(of_g, weights[j], each_g[j]);
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
@@ -996,8 +995,8 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
     if (input.law == Law::own_map || input.law == Law::cross_map) {
         const Vector2 i = in_iron(at);
-        const std::array<double, 2> psi =
-            (input.law == Law::own_map ? own_flux_sum : cross_flux_sum)(input.shape, weights, i.d, i.q);
+        const std::array<double, 2> psi = (input.law == Law::own_map ? own_flux_sum
+                                                                     : cross_flux_sum)(input.shape, weights, i.d, i.q);
         g = plus(g, 1.0, {psi[0], psi[1]});
         return;
     }
