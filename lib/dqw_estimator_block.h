@@ -92,6 +92,13 @@ static inline bool dqw_estimator_is_apart(const dqw_estimator *e, int weight)
     return DQW_MAP_WEIGHTS > 0 && weight >= DQW_PARAMETERS && !dqw_estimator_has_map(e);
 }
 
+/// An inductance behind an observer's angle: its own constant puts the frame where the machine's L_q cannot be told from
+/// it, and a current that it leans by passes for i_d. (E106)
+static inline bool dqw_estimator_observer_hides(const dqw_estimator *e, int weight)
+{
+    return e->config->observed && (weight == DQW_LD || weight == DQW_LQ);
+}
+
 /// A block's rows as the joint neuron is shown them, per unit; variances of the noise of their inputs; the covariance
 /// of the speed's two inputs in a row, the other axis' inductance and the flux; and those of dead time's with R's.
 /// (E60)

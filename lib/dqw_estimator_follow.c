@@ -215,7 +215,7 @@ void dqw_estimator_follow(dqw_estimator *e, const dqw_estimator_block *b)
     for (int i = 0; i < N; i++) {
         const float hidden = dqw_estimator_is_apart(e, i) ? 0.0f : dqw_estimator_model_pu(e, i, &e->calm);
         const float wide = part_of(e, i, WIDE, WIDE_PSI, WIDE_DEAD_PU);
-        known.wide_pu[i] = wide;
+        known.wide_pu[i] = dqw_estimator_observer_hides(e, i) ? 0.0f : wide;
         known.model_pu[i] = hidden < wide ? hidden : wide;
     }
     // [FOL.5] who is moved by how much later on; and what has changed now

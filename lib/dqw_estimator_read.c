@@ -296,9 +296,7 @@ dqw_reading dqw_estimator_read(const dqw_estimator *e, enum dqw_parameter parame
     r.value += beyond_frame(e, (int)parameter, &frame_sd);
     r.sd = with(r.sd, frame_sd);
 #endif
-    // An observer's own constant puts the frame where the machine's L_q cannot be told from it, and a current that it
-    // leans by passes for i_d. (E106)
-    if (e->config->observed && (parameter == DQW_LD || parameter == DQW_LQ)) r.sd = DQW_UNKNOWN;
+    if (dqw_estimator_observer_hides(e, (int)parameter)) r.sd = DQW_UNKNOWN;
     const bool either_sign = parameter >= DQW_DEAD_TIME;
     const float size = either_sign ? fabsf(r.value) : r.value;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

@@ -467,8 +467,12 @@ static void stage(dqw_monitor *m)
     const dqw_stage *s = &m->estimator.stage;
     const enum dqw_stage_name before = s->name;
     if (before == DQW_STAGE_IN_SERVICE) {
-        // A residual above the threshold is named first: a sudden fault is one too.
-        if (above_threshold(m)) dqw_watch_alarm_residual(&m->watch);
+        // A residual above the threshold is named first: a sudden fault is one too. Not while an observer may still
+        // find its angle.
+        const bool above = above_threshold(m);
+        const bool finds = m->config->estimator.observed && is_young(m);
+        if (above && finds) m->watch.back = true;
+        if (above && !finds) dqw_watch_alarm_residual(&m->watch);
         if (m->watch.back) dqw_estimator_stage_on(&m->estimator, true);
         m->watch.back = false;
         return;

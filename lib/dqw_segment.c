@@ -207,7 +207,7 @@ int dqw_segment_end(dqw_segment *s, float variance_pu2, const dqw_segment_known 
         s->down_q11[k] = agreed_q11(s->down_q11[k], -d);
         const float now = dqw_segment_agreed(s, k);
         // Of those that agree, the one that explains most now.
-        if (now > threshold && fabsf(z) > most) {
+        if (now > threshold && fabsf(z) > most && known->wide_pu[k] > 0.0f) {
             most = fabsf(z);
             changed = k;
             s->agreed = sum > ALLOWANCE;

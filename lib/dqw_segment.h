@@ -16,7 +16,7 @@ extern "C" {
 typedef struct dqw_segment_known {
     float least_pu[DQW_FOLLOWED];  ///< no band is narrower
     float model_pu[DQW_FOLLOWED];  ///< what the model's error may make of a band that is not known yet
-    float wide_pu[DQW_FOLLOWED];   ///< how far a weight may have jumped
+    float wide_pu[DQW_FOLLOWED];   ///< how far a weight may have jumped; 0: it is never found changed
 } dqw_segment_known;
 
 /// Nothing seen. band_pu[DQW_FOLLOWED]: how far each weight may scatter, to begin with; > 0.

@@ -216,6 +216,13 @@ static inline bool dqw_estimator_is_apart_q15(const dqw_estimator_q15 *e, int we
     return DQW_MAP_WEIGHTS > 0 && weight >= DQW_PARAMETERS && !dqw_estimator_has_map_q15(e);
 }
 
+/// An inductance behind an observer's angle: its own constant puts the frame where the machine's L_q cannot be told from
+/// it, and a current that it leans by passes for i_d. (E106)
+static inline bool dqw_estimator_observer_hides_q15(const dqw_estimator_q15 *e, int weight)
+{
+    return e->config->observed && (weight == DQW_LD || weight == DQW_LQ);
+}
+
 /// Of a weight's input what it is of as many halvings as the weight is counted in, and back: by its power or two.
 static inline int64_t dqw_estimator_counted_q15(const dqw_estimator_q15 *e, int weight, int64_t x, int power)
 {

@@ -373,8 +373,9 @@ void dqw_estimator_follow_q15(dqw_estimator_q15 *e, const dqw_estimator_q15_bloc
         int32_t hidden = dqw_estimator_is_apart_q15(e, i) ? 0 : dqw_estimator_model_q28(e, i, &calm);
         if (hidden != INT32_MAX) hidden = dqw_q_floor32(hidden, dqw_estimator_shift_q15(e, i));
         known.least_q28[i] = least_q28(e, i);
-        known.wide_q28[i] = wide_q28(e, i);
-        known.model_q28[i] = hidden < known.wide_q28[i] ? hidden : known.wide_q28[i];
+        const int32_t wide = wide_q28(e, i);
+        known.wide_q28[i] = dqw_estimator_observer_hides_q15(e, i) ? 0 : wide;
+        known.model_q28[i] = hidden < wide ? hidden : wide;
     }
     // [FOL.5] who is moved by how much later on; and what has changed now
     const int changed = dqw_segment_end_q15(s, calm.all_q56, &known, move_q24);

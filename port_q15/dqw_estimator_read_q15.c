@@ -347,8 +347,7 @@ dqw_reading_q15 dqw_estimator_read_q15(const dqw_estimator_q15 *e, enum dqw_para
     sd_q24 = dqw_q_length32(sd_q24, frame_sd_q24);
 #endif
     if (change_q24 != INT32_MAX) r.sd_change_q40 = (int64_t)change_q24 * 65536;
-    // An observer's own constant puts the frame where the machine's cannot be told from it. (E106)
-    if (sd_q24 == INT32_MAX || (e->config->observed && (parameter == DQW_LD || parameter == DQW_LQ))) return r;
+    if (sd_q24 == INT32_MAX || dqw_estimator_observer_hides_q15(e, (int)parameter)) return r;
     r.sd_q40 = (int64_t)sd_q24 * 65536;
     const bool either_sign = parameter >= DQW_DEAD_TIME;
     // A stage that begins anew learns nothing: what it has is of a model that did not fit.

@@ -12,6 +12,8 @@ enum { N = DQW_FOLLOWED, SUMS = N * (N + 1) / 2 };
 // Where a channel shows a change already, one segment that is 4 off is enough.
 #define THRESHOLD_URGENT_Q11 8192
 #define DEVIATION_MOST_Q11 12288
+// 15.
+#define SUM_MOST_Q11 30720
 // A band moves by a fiftieth at least, by more while it is young; upwards not while something seems to change: 4.
 #define PARTS_MOST 50u
 #define SEEMS_Q11 8192
@@ -181,7 +183,7 @@ static void solve(const dqw_segment_q15 *s, const int32_t band_q28[], int64_t va
 static int16_t agreed(int32_t sum_q11, int32_t more_q11)
 {
     const int32_t all_q11 = sum_q11 + more_q11 - ALLOWANCE_Q11;
-    return dqw_q15_sat(all_q11 > 0 ? all_q11 : 0);
+    return (int16_t)(all_q11 < 0 ? 0 : all_q11 < SUM_MOST_Q11 ? all_q11 : SUM_MOST_Q11);
 }
 
 static int32_t larger(int32_t a, int32_t b)
@@ -265,7 +267,7 @@ int dqw_segment_end_q15(dqw_segment_q15 *s, int64_t variance_q56, const dqw_segm
         s->down_q11[k] = agreed(s->down_q11[k], -d);
         const int32_t now = larger(s->up_q11[k], s->down_q11[k]);
         // Of those that agree, the one that explains most now.
-        if (now > threshold && dqw_q_size64(z_q20) > most) {
+        if (now > threshold && dqw_q_size64(z_q20) > most && known->wide_q28[k] > 0) {
             most = dqw_q_size64(z_q20);
             changed = k;
             s->agreed = sum > ALLOWANCE_Q11;

@@ -36,7 +36,7 @@ typedef struct dqw_segment_q15 {
 typedef struct dqw_segment_q15_known {
     int32_t least_q28[DQW_FOLLOWED];  ///< no band is narrower
     int32_t model_q28[DQW_FOLLOWED];  ///< what the model's error may make of a band that is not known yet
-    int32_t wide_q28[DQW_FOLLOWED];   ///< how far a weight may have jumped
+    int32_t wide_q28[DQW_FOLLOWED];   ///< how far a weight may have jumped; 0: it is never found changed
 } dqw_segment_q15_known;
 
 /// Nothing seen. band_q28[DQW_FOLLOWED]: how far each weight may scatter, to begin with; >= 0.

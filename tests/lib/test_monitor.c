@@ -717,6 +717,27 @@ static void test_healthy_values_stand_later_behind_an_observer(void)
         }
 }
 
+// A model that does not hold is an event, and then learned anew; behind an observer that may still be finding its angle
+// it is learned anew at once.
+static void test_a_young_observer_finds_its_angle(void)
+{
+    dqw_monitor_config c = config_of();
+    const dqw_monitor *serving = in_service(&c);
+    for (int observed = 0; observed < 2; observed++)
+        for (uint16_t segments = 1; segments < 7; segments++) {
+            dqw_monitor m = *serving;
+            c.estimator.observed = observed != 0;
+            m.estimator.segment.segments = segments;
+            m.estimator.recent_pu2 = 1.0f;
+            (void)watch(&m, 24000, 24000 + 20 * 4);
+            CASE("observed %d, %u segments: stage %d, alarms %u", observed, segments, m.estimator.stage.name,
+                 (unsigned)m.watch.alarms);
+            const bool finds = observed && segments < 5;
+            HOLDS((m.estimator.stage.name == DQW_STAGE_DOMAIN) == finds);
+            HOLDS((m.watch.alarms != 0) == !finds);
+        }
+}
+
 // What heat may have made of R or the flux since its healthy value last followed is no change; what is beyond is one,
 // by so many of its widths less one. (E63)
 static void test_what_heat_explains_is_no_change(void)
@@ -971,6 +992,7 @@ int main(void)
     RUN_TEST(test_an_encoder_that_is_off_turns_the_frame_first);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
     RUN_TEST(test_healthy_values_stand_later_behind_an_observer);
+    RUN_TEST(test_a_young_observer_finds_its_angle);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);
     RUN_TEST(test_friction_takes_no_lost_half_for_one);
