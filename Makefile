@@ -226,12 +226,12 @@ bench-fleet:
 	@$(MAKE) --no-print-directory $(FLEET_ENV)/made
 	@BUILD=$(BUILD) SEED=$(or $(SEED),1001) bench/fleet.sh
 
-## strangers    the simulator's plant beside another project's, PHOBIA=, a git directory of rombrew/phobia; then 60 logs that other simulators draw, traced: SEED=N
+## strangers    the simulator's plant beside another project's, PHOBIA=, a git directory of rombrew/phobia, whose drives are monitored; then 60 logs that other simulators draw, traced: SEED=N
 .PHONY: strangers
 strangers:
 	@.ci/install build
-	@$(MAKE) --no-print-directory all $(BUILD)/libsim.a
-	@BUILD=$(BUILD) $(STRANGERS_ENV) bench/strangers/run
+	@$(MAKE) --no-print-directory all $(BUILD)/libsim.a $(BUILD)/dqwatch $(BUILD)/bench/campaign_reads
+	@BUILD=$(BUILD) SEED=$(or $(SEED),1) $(STRANGERS_ENV) bench/strangers/run
 	@echo
 	@BUILD=$(BUILD) SEED=$(or $(SEED),1) bench/strangers/logs.sh
 
