@@ -993,20 +993,18 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     }
     if (input.law == Law::sensor_lag) return lagging(input, weights[0], at, f, g);
     if (input.law == Law::encoder_eccentricity) return eccentric(input, weights, at, f, g);
-    if (input.law == Law::own_map || input.law == Law::cross_map) {
+    if (is_map(input.law)) {
         const Vector2 i = in_iron(at);
         const std::array<double, 2> psi = (input.law == Law::own_map ? own_flux_sum
                                                                      : cross_flux_sum)(input.shape, weights, i.d, i.q);
         g = plus(g, 1.0, {psi[0], psi[1]});
         return;
     }
-    // Most have few weights, and zeros for the others would cost more than they do.
-    constexpr int kFew = 3, kMore = 8;
+    // But for maps all have few weights, and zeros for the others would cost more than they do.
+    constexpr int kFew = 5;
     const int count = weights_of(input.law);
     if (count <= kFew)
         add_up<kFew>(input, weights, count, at, f, g);
-    else if (count <= kMore)
-        add_up<kMore>(input, weights, count, at, f, g);
     else
         add_up<kMostWeights>(input, weights, count, at, f, g);
 }

@@ -334,6 +334,22 @@ static void test_a_change_opens(void)
     HOLDS(opened > 80);
 }
 
+// An inductance is never found changed behind an observer. (E105)
+static void test_an_observer_hides_a_change(void)
+{
+    test_random r = {735};
+    int opened[2] = {0, 0};
+    for (int k = 0; k < 40; k++) {
+        gathered(&r, 30, 1, 0.05);
+        config.observed = k % 2 != 0;
+        dqw_estimator_follow_q15(&e, &still);
+        opened[k % 2] += e.residual.opened_at == 4321;
+    }
+    config.observed = false;
+    CASE("%d and %d opened", opened[0], opened[1]);
+    HOLDS(opened[0] > 15 && opened[1] == 0);
+}
+
 // What is not known at all is not known less.
 static void test_no_variance_grows_beyond_the_widest(void)
 {
@@ -414,6 +430,7 @@ int main(void)
     RUN_TEST(test_least_bands);
     RUN_TEST(test_where_a_segment_ends);
     RUN_TEST(test_a_change_opens);
+    RUN_TEST(test_an_observer_hides_a_change);
     RUN_TEST(test_no_variance_grows_beyond_the_widest);
     RUN_TEST(test_where_a_segment_begins);
     RUN_TEST(test_when_changes_are_followed);

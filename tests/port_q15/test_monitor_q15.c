@@ -442,6 +442,32 @@ static void test_healthy_values_settle_while_they_are_known(void)
         }
 }
 
+// Behind an observer's angle no healthy value stands before five segments have ended, and a model that does not hold is
+// until then learned anew at once; else one is enough, and it is an event first. (E63)
+static void test_a_young_observer_is_not_believed(void)
+{
+    dqw_monitor_q15_config c = config_of();
+    const dqw_monitor_q15 *serving = in_service(&c);
+    for (int observed = 0; observed < 2; observed++)
+        for (uint16_t segments = 1; segments < 7; segments++)
+            for (int holds = 0; holds < 2; holds++) {
+                dqw_monitor_q15 m = *serving;
+                c.estimator.observed = observed != 0;
+                m.estimator.segment.segments = segments;
+                m.watch.looks[DQW_WATCH_PSI] = 0;
+                if (!holds) m.estimator.recent_q54 = (int64_t)1 << 54;
+                // Of three looks, in which no segment ends; a residual lasts for less.
+                (void)watch(&m, 24000, 24000 + 20 * (holds ? 18 : 4));
+                CASE("observed %d, %u segments: stage %d, alarms %u, %d looks", observed, segments,
+                     m.estimator.stage.name, (unsigned)m.watch.alarms, m.watch.looks[DQW_WATCH_PSI]);
+                const bool believed = segments >= (observed ? 5 : 1);
+                if (holds) HOLDS((m.watch.looks[DQW_WATCH_PSI] > 0) == believed);
+                if (holds) continue;
+                HOLDS((m.estimator.stage.name == DQW_STAGE_DOMAIN) == !believed);
+                HOLDS((m.watch.alarms != 0) == believed);
+            }
+}
+
 // What temperatures count from goes with a healthy value that settles, until that is the mean of enough looks; and not
 // where it was measured cold.
 static void test_what_is_cold_settles_with_it(void)
@@ -1055,6 +1081,7 @@ int main(void)
     RUN_TEST(test_an_encoder_that_is_off_turns_the_frame_first);
     RUN_TEST(test_service_begins_cold);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
+    RUN_TEST(test_a_young_observer_is_not_believed);
     RUN_TEST(test_what_is_cold_settles_with_it);
     RUN_TEST(test_a_step_of_resistance_is_no_heat);
     RUN_TEST(test_a_winding_that_heats_fast_is_too_hot);
