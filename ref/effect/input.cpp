@@ -551,7 +551,9 @@ Vector2 by_turning(const Moment& at, double by, Vector2 r)
     return {d, r.d - by * at.Ld * d};
 }
 
-bool sees_turning_alone(const Input& input) { return input.law == Law::iron_loss && input.shape[0] == kTurningAlone; }
+bool turning_drives(const Input& input) { return input.shape[0] == kTurningAlone; }
+
+bool sees_turning_alone(const Input& input) { return input.law == Law::iron_loss && turning_drives(input); }
 
 /// A conductance across what the turning flux induces, without what its change does. (E52)
 Vector2 turned_iron(const Moment& at, double siemens)
@@ -568,6 +570,52 @@ Vector2 turned_iron_slope(const Moment& at, double siemens)
                   drawn = by_turning(at, siemens * at.w_e, {at.Ld * at.i_d + at.psi + g.d, at.Lq * at.i_q + g.q});
     return {-at.w_e * at.Ld * drawn.d, -at.w_e * at.Lq * drawn.q};
 }
+
+/// Rows of what a short takes by its three weights of a voltage, or that of one weight. (E120)
+struct OfShort {
+    double dd, dq, qd, qq;
+
+    OfShort(const Moment& at, const double weights[])
+    {
+        const double c = at.cos_e * at.cos_e - at.sin_e * at.sin_e, s = 2.0 * at.cos_e * at.sin_e;
+        const double even = weights[0] / 3.0, d = (weights[1] * c + weights[2] * s) / 3.0,
+                     q = (weights[2] * c - weights[1] * s) / 3.0;
+        dd = even + d, dq = qd = q, qq = even - d;
+    }
+    Vector2 on(Vector2 v) const { return {dd * v.d + dq * v.q, qd * v.d + qq * v.q}; }
+};
+
+/// Shorted turns that what the turning flux induces alone drives: `o = M w_e J (psi_m - L o)`, M of the weights. (E120)
+class TurnedShort {
+public:
+    TurnedShort(const Moment& at, const double weights[])
+        : at_(at), of_(at, weights), flux_{at.Ld * at.i_d + at.psi, at.Lq * at.i_q}
+    {
+        drawn_ = less(of_.on(induced(flux_)));
+    }
+    Vector2 drawn() const { return drawn_; }
+    /// By the weights in the direction of `weights`.
+    Vector2 by_weights(const double weights[]) const
+    {
+        return less(OfShort(at_, weights).on(induced({flux_.d - at_.Ld * drawn_.d, flux_.q - at_.Lq * drawn_.q})));
+    }
+    /// By the current in that direction.
+    Vector2 by_current(Vector2 i) const { return less(of_.on(induced({at_.Ld * i.d, at_.Lq * i.q}))); }
+
+private:
+    Vector2 induced(Vector2 flux) const { return {-at_.w_e * flux.q, at_.w_e * flux.d}; }
+    /// Where what it takes is missing in the flux.
+    Vector2 less(Vector2 o) const
+    {
+        const Vector2 d = of_.on(induced({at_.Ld, 0.0})), q = of_.on(induced({0.0, at_.Lq}));
+        const double det = (1.0 + d.d) * (1.0 + q.q) - q.d * d.q;
+        return {((1.0 + q.q) * o.d - q.d * o.q) / det, ((1.0 + d.d) * o.q - d.q * o.d) / det};
+    }
+
+    const Moment& at_;
+    OfShort of_;
+    Vector2 flux_, drawn_{};
+};
 
 /// Currents and voltage seen from a frame that is `angle` ahead of the rotor: the induced voltage lies elsewhere, and
 /// with saliency the flux. (E116)
@@ -896,14 +944,16 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     }
     case Law::voltage_scale: f[0] = plus({}, lacking(input, at), at.v_now); break;
     case Law::turn_short: {
-        // A third of what it draws, and that mirrored on the phase's axis. (E120)
+        constexpr double kOne[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+        if (turning_drives(input)) {
+            constexpr double kNone[3] = {};
+            const TurnedShort turned(at, weights ? weights : kNone);
+            for (int j = 0; j < count; ++j) drawn(at, turned.by_weights(kOne[j]), f[j], g[j]);
+            break;
+        }
         const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{},
                       v = at.later ? reaching(at, at.v_next) : plus(reaching_at_end(at), -1.0, late);
-        const double d = v.d / 3.0, q = v.q / 3.0;
-        const double alpha = at.cos_e * d - at.sin_e * q, beta = at.sin_e * d + at.cos_e * q;
-        drawn(at, {d, q}, f[0], g[0]);
-        drawn(at, to_dq(at, alpha, -beta), f[1], g[1]);
-        drawn(at, to_dq(at, beta, alpha), f[2], g[2]);
+        for (int j = 0; j < count; ++j) drawn(at, OfShort(at, kOne[j]).on(v), f[j], g[j]);
         break;
     }
     case Law::encoder_eccentricity: {
@@ -977,6 +1027,12 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         return;
     }
     if (sees_turning_alone(input)) return void(g = plus(g, 1.0, turned_iron(at, weights[0])));
+    if (input.law == Law::turn_short && turning_drives(input)) {
+        Vector2 of_f, of_g;
+        drawn(at, TurnedShort(at, weights).drawn(), of_f, of_g);
+        f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
+        return;
+    }
     if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
     if (input.law == Law::pulsed_shift || input.law == Law::pulsed_lag) {
@@ -1075,6 +1131,17 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const Vector2 d = by_turning(at, by, {at.Ld, 0.0}), q = by_turning(at, by, {0.0, at.Lq});
         g_slope[0] -= by * at.Ld * d.d, g_slope[1] -= by * at.Ld * q.d;
         g_slope[2] -= by * at.Lq * d.q, g_slope[3] -= by * at.Lq * q.q;
+        break;
+    }
+    case Law::turn_short: {
+        if (!turning_drives(input)) break;
+        const TurnedShort turned(at, weights);
+        for (int col : {0, 1}) {
+            Vector2 of_f, of_g;
+            drawn(at, turned.by_current(col == 0 ? Vector2{1.0, 0.0} : Vector2{0.0, 1.0}), of_f, of_g);
+            f_slope[col] += of_f.d, f_slope[2 + col] += of_f.q;
+            g_slope[col] += of_g.d, g_slope[2 + col] += of_g.q;
+        }
         break;
     }
     case Law::voltage_scale: {

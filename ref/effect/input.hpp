@@ -13,7 +13,8 @@
 namespace dqw {
 
 constexpr int kMostWeights = kCrossWeights;
-/// Of iron_loss, in the place of the periods by which its current follows: what turning induces alone drives it. (E52)
+/// Of iron_loss, in the place of the periods by which its current follows, and of turn_short: what turning induces alone
+/// drives it. (E52), (E120)
 constexpr double kTurningAlone = -1.0;
 /// The same, of settled points: a loss that goes with the 1.5th power of the voltage, and with the voltage itself; its
 /// current then is that of the conductance where the voltage behind R is shape[1]. (E175)

@@ -36,7 +36,7 @@ double size_of(const Vector2& x) { return std::abs(x.d) + std::abs(x.q); }
 bool is_straight(const Input& input)
 {
     return !bends(input.law) && !is_dead_time(input.law) && input.law != Law::clipped_current &&
-           input.law != Law::turn_short;
+           (input.law != Law::turn_short || input.shape[0] == kTurningAlone);
 }
 
 /// What terms take, and its slopes by the currents.

@@ -281,6 +281,7 @@ int apart(const Candidate& c)
     // Eddies that follow late average what noise the law's columns bring in.
     if (first.law == Law::iron_loss)
         return first.shape[0] < 0.0 ? 1 - static_cast<int>(first.shape[0]) : first.shape[0] > 0.0 ? 1 : 0;
+    if (first.law == Law::turn_short) return first.shape[0] == kTurningAlone ? 1 : 0;
     return effect_of(first.law).shape == Shape::instant ? static_cast<int>(first.shape[0]) : 0;
 }
 
@@ -293,7 +294,8 @@ bool stands_before(const Tried& t, const Tried& best)
     const double lost = best.nats() - t.nats();
     const int weights = weights_of(t.candidate) - weights_of(best.candidate);
     const Law law = t.candidate.inputs.front().law;
-    if (law == Law::iron_loss && t.name == best.name) return apart(t.candidate) == 0 && lost < kHardly;
+    if ((law == Law::iron_loss || law == Law::turn_short) && t.name == best.name)
+        return apart(t.candidate) == 0 && lost < kHardly;
     return weights < 0 ? lost < kHardly
                        : weights == 0 && lost < kSame &&
                              stands_before(t.candidate.inputs.front().law, best.candidate.inputs.front().law);

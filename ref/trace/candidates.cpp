@@ -375,6 +375,10 @@ void electrical_candidates(TraceSetup& setup, Catalogue& c)
             if (why.empty() && settled)
                 for (const double law : {kExcessLoss, kHysteresis}) c.add({e.id, {law, rms_voltage(logs)}});
             break;
+        case Law::turn_short:
+            c.add_unless({e.id}, why);
+            if (why.empty() && !settled) c.add({e.id, {kTurningAlone}});
+            break;
         case Law::sample_shift:
             shift_candidates(settled, speeds && turns, why, c);
             if (!settled) pulsed_candidates(Law::pulsed_shift, logs, angle, why, c);

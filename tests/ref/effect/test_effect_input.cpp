@@ -530,6 +530,60 @@ void shorted_turns()
     }
 }
 
+/// What the turning flux alone induces drives the short: with the law the winding has what the line's current has more.
+void turns_that_the_turning_flux_alone_drives()
+{
+    const Input input{Law::turn_short, {dqw::kTurningAlone}};
+    const double theta = 0.7, G = 0.3, step = 1e-6;
+    const Complex winding(-4.0, 9.0), of_winding = flux(winding, 0.0), emf = Complex(0.0, w_e) * of_winding;
+    for (int x = 0; x < 3; ++x) {
+        const double axis = 2.0 * M_PI / 3.0 * x;
+        const Complex o = 2.0 / 3.0 * G * (emf * turned(theta - axis)).real() * turned(axis - theta);
+        TEST_ASSERT_TRUE(std::abs(o) > 0.03);
+        double weights[] = {G, G * std::cos(2.0 * axis), G * std::sin(2.0 * axis)};
+        const auto off = [&](Complex i, Vector2& g) {
+            Moment m = moment(i);
+            m.cos_e = std::cos(theta), m.sin_e = std::sin(theta);
+            Vector2 f;
+            g = {};
+            dqw::evaluate_sum(input, weights, m, f, g);
+            return f;
+        };
+        Vector2 g, g0, g1;
+        const Vector2 f = off(winding + o, g);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -Ld * o.real(), g.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -Lq * o.imag(), g.q);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -R * o.real(), f.d);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, -R * o.imag(), f.q);
+        Moment m = moment(winding + o);
+        m.cos_e = std::cos(theta), m.sin_e = std::sin(theta);
+        Vector2 by_f[dqw::kMostWeights], by_g[dqw::kMostWeights];
+        dqw::evaluate(input, m, by_f, by_g, weights);
+        for (int j = 0; j < 3; ++j) {
+            const double at = weights[j];
+            weights[j] = at - step;
+            const Vector2 f0 = off(winding + o, g0);
+            weights[j] = at + step;
+            const Vector2 f1 = off(winding + o, g1);
+            weights[j] = at;
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, (f1.d - f0.d) / (2.0 * step), by_f[j].d);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-6, (f1.q - f0.q) / (2.0 * step), by_f[j].q);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8, (g1.d - g0.d) / (2.0 * step), by_g[j].d);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-8, (g1.q - g0.q) / (2.0 * step), by_g[j].q);
+        }
+        double of_f[4] = {}, of_g[4] = {};
+        dqw::evaluate_slope(input, weights, m, of_f, of_g);
+        for (int col : {0, 1}) {
+            const Complex one = col == 0 ? Complex(1.0, 0.0) : Complex(0.0, 1.0);
+            const Vector2 f0 = off(winding + o - one, g0), f1 = off(winding + o + one, g1);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * (f1.d - f0.d), of_f[col]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * (f1.q - f0.q), of_f[2 + col]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * (g1.d - g0.d), of_g[col]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * (g1.q - g0.q), of_g[2 + col]);
+        }
+    }
+}
+
 /// Of laws that are not linear the slope is that of the sum.
 void slopes_by_the_weights()
 {
@@ -672,6 +726,7 @@ int main(void)
     RUN_TEST(what_pulses_swing_where_iron_bends);
     RUN_TEST(a_link_that_sags);
     RUN_TEST(shorted_turns);
+    RUN_TEST(turns_that_the_turning_flux_alone_drives);
     RUN_TEST(slopes_by_the_weights);
     RUN_TEST(a_loss_with_its_slope);
     RUN_TEST(legs_lose_by_the_current_that_flows);

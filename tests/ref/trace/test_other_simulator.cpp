@@ -23,6 +23,7 @@ struct Drive {
     double dead_time_V = 0, angle_rad = 0;
     double rests = 0;              // part of the steps that ask for no current
     double iron_S = 0;             // across what the turning flux induces: beside the winding, behind R
+    double short_S = 0;            // across phase a: what the turning flux induces there alone drives it, beside R
     double rise = 0, warms_s = 0;  // part of R that the winding gains at last, whatever the current, and how soon
     unsigned seed = 1;
     int rows = 16000;
@@ -35,6 +36,13 @@ struct Flux {
 double speed(double t)
 {
     return kTop_rad_s * (0.15 + 0.85 * (0.5 - 0.5 * std::cos(4.4 * t + 0.2)) * (0.75 + 0.25 * std::sin(14.5 * t + 1)));
+}
+
+/// What shorted turns take of the line's current.
+Flux shorted(const Drive& drive, Flux x, double theta, double w_e)
+{
+    const double c = std::cos(theta), s = std::sin(theta), of_a_V = w_e * (-c * x.q - s * x.d);
+    return {2.0 / 3.0 * drive.short_S * of_a_V * c, -2.0 / 3.0 * drive.short_S * of_a_V * s};
 }
 
 /// v is held in the stationary frame, or turns with the rotor.
@@ -76,8 +84,9 @@ Log run(const Drive& drive)
         }
         // The drive sees currents and voltages in the frame of its encoder.
         const double drawn = drive.iron_S * kPolePairs * w;
+        const Flux taken = shorted(drive, x, theta, kPolePairs * w);
         const double c = std::cos(drive.angle_rad), s = std::sin(drive.angle_rad),
-                     i_d = (x.d - kPsi) / kLd - drawn * x.q, i_q = x.q / kLq + drawn * x.d;
+                     i_d = (x.d - kPsi) / kLd - drawn * x.q + taken.d, i_q = x.q / kLq + drawn * x.d + taken.q;
         const double seen_d = c * i_d + s * i_q + 0.04 * normal(random),
                      seen_q = c * i_q - s * i_d + 0.04 * normal(random);
         const double seen_w = w + 0.125 * normal(random), e_d = wanted_d - seen_d, e_q = wanted_q - seen_q;
@@ -207,6 +216,20 @@ void iron_that_the_turning_flux_alone_heats()
     base_is_right(r);
 }
 
+/// A short across the whole induced voltage follows each step of the voltage: that law took this one for iron's loss.
+void a_short_that_the_turning_flux_alone_drives()
+{
+    Drive drive;
+    drive.short_S = 0.02, drive.rows = 8000;
+    const TraceResult r = dqw::trace({run(drive)});
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, r.effects.size());
+    TEST_ASSERT_EQUAL_STRING("turn_short", r.effects[0].name.c_str());
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, 50, value(r.effects[0].parameters, "R_short_ohm"));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 0, value(r.effects[0].parameters, "axis_rad"));
+    base_is_right(r);
+}
+
 }  // namespace
 
 int main(void)
@@ -217,5 +240,6 @@ int main(void)
     RUN_TEST(currents_that_run_away_from_zero);
     RUN_TEST(heat_that_no_current_makes);
     RUN_TEST(iron_that_the_turning_flux_alone_heats);
+    RUN_TEST(a_short_that_the_turning_flux_alone_drives);
     return UNITY_END();
 }
