@@ -244,9 +244,15 @@ static bool has_met(const dqw_monitor *m, unsigned segments)
 }
 
 // An observer leans at each operating point as it does there.
-static bool is_young(const dqw_monitor *m)
+static bool is_young(const dqw_monitor *m, unsigned segments)
 {
-    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : 1u);
+    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : segments);
+}
+
+// Of few and short segments a dead time may stand for a resistance.
+static unsigned segments_of(int channel)
+{
+    return channel == DQW_WATCH_DEAD_TIME ? NEW_SEGMENTS : 1u;
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
@@ -261,9 +267,10 @@ static void settle(dqw_monitor *m, int channel)
     const float band = dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const enum dqw_watch_known known = is_young(m) || !(x.sd < KNOWN_BANDS * band) ? DQW_WATCH_NOT_KNOWN
-                                       : x.sd < known_part(channel) * band         ? DQW_WATCH_KNOWN_WELL
-                                                                                   : DQW_WATCH_KNOWN;
+    const enum dqw_watch_known known = is_young(m, segments_of(channel)) || !(x.sd < KNOWN_BANDS * band)
+                                           ? DQW_WATCH_NOT_KNOWN
+                                       : x.sd < known_part(channel) * band ? DQW_WATCH_KNOWN_WELL
+                                                                           : DQW_WATCH_KNOWN;
     const uint8_t looks = dqw_watch_settle(&m->watch, channel, known, deviation_q5(m, channel));
     if (looks == 0) return;
     const float before = m->healthy.weight[channel <= DQW_WATCH_PSI ? channel : 0];
@@ -470,7 +477,7 @@ static void stage(dqw_monitor *m)
         // A residual above the threshold is named first: a sudden fault is one too. Not while an observer may still
         // find its angle.
         const bool above = above_threshold(m);
-        const bool finds = m->config->estimator.observed && is_young(m);
+        const bool finds = m->config->estimator.observed && is_young(m, 1);
         if (above && finds) m->watch.back = true;
         if (above && !finds) dqw_watch_alarm_residual(&m->watch);
         if (m->watch.back) dqw_estimator_stage_on(&m->estimator, true);

@@ -377,9 +377,15 @@ static bool has_met(const dqw_monitor_q15 *m, unsigned segments)
 }
 
 // An observer leans at each operating point as it does there.
-static bool is_young(const dqw_monitor_q15 *m)
+static bool is_young(const dqw_monitor_q15 *m, unsigned segments)
 {
-    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : 1u);
+    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : segments);
+}
+
+// Of few and short segments a dead time may stand for a resistance.
+static unsigned segments_of(int channel)
+{
+    return channel == DQW_WATCH_DEAD_TIME ? NEW_SEGMENTS : 1u;
 }
 
 // A healthy value is the mean over the first looks at which it is known, as long as nothing seems to change.
@@ -397,7 +403,7 @@ static void settle(dqw_monitor_q15 *m, int channel)
     const int32_t band = dqw_monitor_band_of_q15(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const bool young = is_young(m);
+    const bool young = is_young(m, segments_of(channel));
     enum dqw_watch_known known = DQW_WATCH_NOT_KNOWN;
     if (!young && within_part(x.sd, KNOWN_BANDS_Q15, band)) known = DQW_WATCH_KNOWN;
     if (!young && within_part(x.sd, part_q15, band)) known = DQW_WATCH_KNOWN_WELL;
@@ -529,7 +535,7 @@ static void stage(dqw_monitor_q15 *m)
         // A residual above the threshold is named first: a sudden fault is one too. Not while an observer may still
         // find its angle.
         const bool above = above_threshold(m);
-        const bool finds = m->config->estimator.observed && is_young(m);
+        const bool finds = m->config->estimator.observed && is_young(m, 1);
         if (above && finds) m->watch.back = true;
         if (above && !finds) dqw_watch_alarm_residual(&m->watch);
         if (m->watch.back) dqw_estimator_stage_on_q15(&m->estimator, true);

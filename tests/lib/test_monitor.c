@@ -698,8 +698,9 @@ static void test_healthy_values_settle_while_they_are_known(void)
         }
 }
 
-// Behind an observer's angle none stands before five segments have ended, else one is enough. (E63)
-static void test_healthy_values_stand_later_behind_an_observer(void)
+// Behind an observer's angle none stands before five segments have ended, else one is enough, or three of a dead time,
+// which may stand for a resistance. (E63)
+static void test_healthy_values_stand_after_some_segments(void)
 {
     dqw_monitor_config c = config_of();
     const dqw_monitor *serving = in_service(&c);
@@ -708,12 +709,15 @@ static void test_healthy_values_stand_later_behind_an_observer(void)
             dqw_monitor m = *serving;
             c.estimator.observed = observed != 0;
             m.estimator.segment.segments = segments;
-            m.watch.looks[DQW_WATCH_PSI] = 0;
+            const uint8_t *const psi = &m.watch.looks[DQW_WATCH_PSI], *const dead_time =
+                                                                          &m.watch.looks[DQW_WATCH_DEAD_TIME];
+            m.watch.looks[DQW_WATCH_PSI] = m.watch.looks[DQW_WATCH_DEAD_TIME] = 0;
             // Three looks, in which no segment ends.
             (void)watch(&m, 24000, 24000 + 20 * 18);
-            CASE("observed %d, %u segments: %d looks", observed, segments, m.watch.looks[DQW_WATCH_PSI]);
+            CASE("observed %d, %u segments: %d looks, %d of the dead time", observed, segments, *psi, *dead_time);
             HOLDS(m.estimator.segment.segments == segments);
-            HOLDS((m.watch.looks[DQW_WATCH_PSI] > 0) == (segments >= (observed ? 5 : 1)));
+            HOLDS((*psi > 0) == (segments >= (observed ? 5 : 1)));
+            HOLDS((*dead_time > 0) == (segments >= (observed ? 5 : 3)));
         }
 }
 
@@ -991,7 +995,7 @@ int main(void)
     RUN_TEST(test_a_start_is_forgotten);
     RUN_TEST(test_an_encoder_that_is_off_turns_the_frame_first);
     RUN_TEST(test_healthy_values_settle_while_they_are_known);
-    RUN_TEST(test_healthy_values_stand_later_behind_an_observer);
+    RUN_TEST(test_healthy_values_stand_after_some_segments);
     RUN_TEST(test_a_young_observer_finds_its_angle);
     RUN_TEST(test_what_heat_explains_is_no_change);
     RUN_TEST(test_each_channel_counts_and_is_told);

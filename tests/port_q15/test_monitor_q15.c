@@ -443,7 +443,7 @@ static void test_healthy_values_settle_while_they_are_known(void)
 }
 
 // Behind an observer's angle no healthy value stands before five segments have ended, and a model that does not hold is
-// until then learned anew at once; else one is enough, and it is an event first. (E63)
+// until then learned anew at once; else one is enough, or three of a dead time, and it is an event first. (E63)
 static void test_a_young_observer_is_not_believed(void)
 {
     dqw_monitor_q15_config c = config_of();
@@ -454,7 +454,7 @@ static void test_a_young_observer_is_not_believed(void)
                 dqw_monitor_q15 m = *serving;
                 c.estimator.observed = observed != 0;
                 m.estimator.segment.segments = segments;
-                m.watch.looks[DQW_WATCH_PSI] = 0;
+                m.watch.looks[DQW_WATCH_PSI] = m.watch.looks[DQW_WATCH_DEAD_TIME] = 0;
                 if (!holds) m.estimator.recent_q54 = (int64_t)1 << 54;
                 // Of three looks, in which no segment ends; a residual lasts for less.
                 (void)watch(&m, 24000, 24000 + 20 * (holds ? 18 : 4));
@@ -462,6 +462,7 @@ static void test_a_young_observer_is_not_believed(void)
                      m.estimator.stage.name, (unsigned)m.watch.alarms, m.watch.looks[DQW_WATCH_PSI]);
                 const bool believed = segments >= (observed ? 5 : 1);
                 if (holds) HOLDS((m.watch.looks[DQW_WATCH_PSI] > 0) == believed);
+                if (holds) HOLDS((m.watch.looks[DQW_WATCH_DEAD_TIME] > 0) == (segments >= (observed ? 5 : 3)));
                 if (holds) continue;
                 HOLDS((m.estimator.stage.name == DQW_STAGE_DOMAIN) == !believed);
                 HOLDS((m.watch.alarms != 0) == believed);
