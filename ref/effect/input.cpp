@@ -113,6 +113,14 @@ void drawn(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
     g.d -= at.bend_dd_H * o.d + at.bend_dq_H * o.q, g.q -= at.bend_dq_H * o.d + at.bend_qq_H * o.q;
 }
 
+/// What the winding lacks where the line has that much more, behind R.
+Vector2 lost_flux(const Moment& at, Vector2 o)
+{
+    Vector2 f, g;
+    drawn(at, o, f, g);
+    return g;
+}
+
 /// What the iron has of the currents that are told. (E195)
 Vector2 in_iron(const Moment& at) { return {at.i_d - at.told_more.d, at.i_q - at.told_more.q}; }
 
@@ -469,9 +477,7 @@ Vector2 settled_iron(const Input& input, const Moment& at)
         const double size = std::max(std::hypot(d, q) / input.shape[1], kLeastPart);
         by = input.shape[0] == kHysteresis ? 1.0 / size : 1.0 / std::sqrt(size);
     }
-    Vector2 f, g;
-    drawn(at, {by * d, by * q}, f, g);
-    return g;
+    return lost_flux(at, {by * d, by * q});
 }
 
 /// What a filter tells, at the sample, of the pulses of the last periods beyond their mean voltages', each with duties of
@@ -948,7 +954,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
         if (turning_drives(input)) {
             constexpr double kNone[3] = {};
             const TurnedShort turned(at, weights ? weights : kNone);
-            for (int j = 0; j < count; ++j) drawn(at, turned.by_weights(kOne[j]), f[j], g[j]);
+            for (int j = 0; j < count; ++j) g[j] = lost_flux(at, turned.by_weights(kOne[j]));
             break;
         }
         const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{},
@@ -1027,12 +1033,8 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         return;
     }
     if (sees_turning_alone(input)) return void(g = plus(g, 1.0, turned_iron(at, weights[0])));
-    if (input.law == Law::turn_short && turning_drives(input)) {
-        Vector2 of_f, of_g;
-        drawn(at, TurnedShort(at, weights).drawn(), of_f, of_g);
-        f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
-        return;
-    }
+    if (input.law == Law::turn_short && turning_drives(input))
+        return void(g = plus(g, 1.0, lost_flux(at, TurnedShort(at, weights).drawn())));
     if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
     if (input.law == Law::pulsed_shift || input.law == Law::pulsed_lag) {
@@ -1137,10 +1139,8 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         if (!turning_drives(input)) break;
         const TurnedShort turned(at, weights);
         for (int col : {0, 1}) {
-            Vector2 of_f, of_g;
-            drawn(at, turned.by_current(col == 0 ? Vector2{1.0, 0.0} : Vector2{0.0, 1.0}), of_f, of_g);
-            f_slope[col] += of_f.d, f_slope[2 + col] += of_f.q;
-            g_slope[col] += of_g.d, g_slope[2 + col] += of_g.q;
+            const Vector2 g = lost_flux(at, turned.by_current(col == 0 ? Vector2{1.0, 0.0} : Vector2{0.0, 1.0}));
+            g_slope[col] += g.d, g_slope[2 + col] += g.q;
         }
         break;
     }

@@ -23,7 +23,7 @@ struct Drive {
     double dead_time_V = 0, angle_rad = 0;
     double rests = 0;              // part of the steps that ask for no current
     double iron_S = 0;             // across what the turning flux induces: beside the winding, behind R
-    double short_S = 0;            // across phase a: what the turning flux induces there alone drives it, beside R
+    double short_S = 0;            // across phase a: what the turning flux induces there alone drives it, behind R
     double rise = 0, warms_s = 0;  // part of R that the winding gains at last, whatever the current, and how soon
     unsigned seed = 1;
     int rows = 16000;
@@ -48,8 +48,10 @@ Flux shorted(const Drive& drive, Flux x, double theta, double w_e)
 /// v is held in the stationary frame, or turns with the rotor.
 Flux slope(const Drive& drive, Flux x, double R, double theta, double w_e, double v_x, double v_y)
 {
-    const double c = std::cos(theta), s = std::sin(theta), i_d = (x.d - kPsi) / kLd - drive.iron_S * w_e * x.q,
-                 i_q = x.q / kLq + drive.iron_S * w_e * x.d;
+    const Flux taken = shorted(drive, x, theta, w_e);
+    const double c = std::cos(theta), s = std::sin(theta),
+                 i_d = (x.d - kPsi) / kLd - drive.iron_S * w_e * x.q + taken.d,
+                 i_q = x.q / kLq + drive.iron_S * w_e * x.d + taken.q;
     double v_d = drive.rotor_held ? v_x : c * v_x + s * v_y, v_q = drive.rotor_held ? v_y : c * v_y - s * v_x;
     const double phase[3] = {c * i_d - s * i_q,
                              std::cos(theta - 2 * M_PI / 3) * i_d - std::sin(theta - 2 * M_PI / 3) * i_q,
