@@ -319,6 +319,22 @@ double first_seen(const Model& model, const Refined& base, const Screened& s)
     return seen;
 }
 
+/// Those that would have been taken next: where what was taken predicts with another gain, a linear step from there may
+/// see nothing of them, unlike phases behind a dead time.
+std::set<std::string> that_stand(const Model& model, const std::vector<Tried>& tried, const Tried& taken,
+                                 const SelectOptions& options, const Refined& base)
+{
+    constexpr std::size_t kNext = 2;  // each costs a fit
+    std::set<std::string> out;
+    for (const Tried& t : tried) {
+        if (out.size() == kNext) break;
+        if (!t.refined.ok || t.candidate.names().size() > 1 || t.candidate.is_fault() || t.name == taken.name) continue;
+        if (told(model, t.over, base.point, t.refined.point, options) && needed(model, base, t.refined, options))
+            out.insert(t.name);
+    }
+    return out;
+}
+
 /// Of currents told between pulses, the modulation that does best once a step is taken: the linear ones are alike, and
 /// which of them leads is a matter of rounding. They say nothing of a shift by half a period.
 const Screened& by_legs(const Model& model, const Refined& base, const std::vector<Screened>& screened,
@@ -340,10 +356,11 @@ const Screened& by_legs(const Model& model, const Refined& base, const std::vect
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
 /// `best_seen`: log-likelihood of the rows seen where a better one than `base` is known. What does not gain half of the
-/// best is not fitted to its end.
+/// best is not fitted to its end. `stood`: those that are fitted whatever their linear step says.
 std::vector<Tried> round(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
                          const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone,
-                         double best_seen = -HUGE_VAL, bool (*is_on)(const Point&, const Candidate&) = has_any)
+                         double best_seen = -HUGE_VAL, bool (*is_on)(const Point&, const Candidate&) = has_any,
+                         const std::set<std::string>& stood = {})
 {
     constexpr double kHalf = 0.5;
     std::vector<const Candidate*> open;
@@ -369,7 +386,8 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         const bool plain = law != Law::dead_given_back && s.candidate->names().size() == 1;
         if (alone && plain && !s.candidate->is_fault() && told.insert(key).second)
             alone->push_back({s.candidate->names().front(), s.point});
-        const bool anyway = law == Law::dead_given_back || (law == Law::saturation && !full);
+        const bool stands = plain && stood.count(s.candidate->names().front()) > 0;
+        const bool anyway = law == Law::dead_given_back || (law == Law::saturation && !full) || stands;
         if (refined.size() >= kRefined && refined.count(key) == 0 && !anyway) {
             full = alone == nullptr;
             continue;
@@ -379,7 +397,7 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         // Settled points' fits cost little, and few rows tell late.
         const double worth = model.gains() > 0 ? base.left.seen + kHalf * (best_seen - base.left.seen) : -HUGE_VAL;
         // What is told of each alone is that of a fit.
-        tried.push_back(attempt(model, base, first, worth, alone == nullptr && is_idle(base, first, worth)));
+        tried.push_back(attempt(model, base, first, worth, alone == nullptr && !stands && is_idle(base, first, worth)));
         if (tried.back().refined.ok) best_seen = std::max(best_seen, tried.back().refined.left.seen);
         if (options.tick) options.tick();
     }
@@ -728,6 +746,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     // An end to the search, beyond the effects that any log had. (E48)
     constexpr int kMostRounds = 6;
     bool mapped = false, refused = false;
+    std::set<std::string> stood;
     for (int n = 0; n < kMostRounds; ++n) {
         std::vector<double> left = options.reported_rms(s.best.point);
         if (!below(left, options.own) && take_pulses(model, options, s.best)) {
@@ -740,7 +759,8 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             left = options.reported_rms(s.best.point);
         }
         if (below(left, options.own)) break;
-        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr);
+        std::vector<Tried> tried = round(model, s.best, candidates, options, n == 0 ? &s.alone : nullptr, -HUGE_VAL,
+                                         has_any, stood);
         weigh_law_noise(options, tried);
         const Tried* taken = nullptr;
         for (const Tried& t : tried)
@@ -790,6 +810,7 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             s.best = s.plain, s.found.clear(), s.after.clear();
             return s;
         }
+        stood = that_stand(model, tried, *taken, options, s.best);
         // What stands behind another may not have been fitted to its end.
         Refined fitted = taken == &tried.front() ? taken->refined : refine(model, taken->refined, kPasses);
         s.before_last = std::exchange(s.best, options.settle ? options.settle(std::move(fitted)) : std::move(fitted));
