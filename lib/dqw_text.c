@@ -129,7 +129,7 @@ static const char *const why_texts[] = {
     [DQW_WHY_NOT_ASKED] = "the configuration does not ask for it",
     [DQW_WHY_NOT_TAUGHT] = "the motion does not teach it",
     [DQW_WHY_SIGN] = "it came out at 0 or below, as no machine's is: a signal or the model is wrong",
-    [DQW_WHY_OBSERVED] = "the angle is an observer's, whose own constant stands in the place of the machine's",
+    [DQW_WHY_OBSERVED] = "by its change alone: behind an observer it is the observer's own constant, not the machine's",
     [DQW_WHY_UNSETTLED] = "it is not known well enough for a healthy value to stand",
     [DQW_WHY_COARSE] = "in name only: what would be told is more than a fault makes of it",
 };
