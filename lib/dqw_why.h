@@ -31,7 +31,7 @@ enum dqw_why {
     DQW_WHY_NOT_ASKED,   ///< the configuration does not ask for it, or lacks what it needs
     DQW_WHY_NOT_TAUGHT,  ///< the motion does not teach it now, or never did
     DQW_WHY_SIGN,        ///< it came out at 0 or below, as no machine's is
-    DQW_WHY_OBSERVED,    ///< by its change alone: behind an observer it is the observer's own constant, not the machine's
+    DQW_WHY_OBSERVED,    ///< by its change alone: the constant is the observer's, not the machine's
     DQW_WHY_UNSETTLED,   ///< it is not known well enough for a healthy value to stand
     DQW_WHY_COARSE,      ///< watched in name only: what would be an event is more than a fault makes of it
     DQW_WHYS
