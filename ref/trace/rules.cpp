@@ -43,9 +43,10 @@ bool carries(const Finding& all, double with, double without)
            without * without - with * with >= excess(all.after, all.floor);
 }
 
-bool carries_most(const Finding& f, double without)
+bool carries_most(const Finding& f, double without, double told)
 {
-    return above(f.before, f.floor, f.before_exact) &&
+    constexpr double kLeastTold = 0.5;
+    return told > kLeastTold && above(f.before, f.floor, f.before_exact) &&
            without * without - f.after * f.after >= kLeastExplained * excess(f.before, f.floor);
 }
 

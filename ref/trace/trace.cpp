@@ -523,20 +523,20 @@ Search search(const std::vector<Log>& logs, const TraceOptions& options, std::un
     return out;
 }
 
-/// Whether a weight of the effect stands out by its deviation. Of a polynomial's weights, each of which another may
-/// stand in for, none need to; of a dead time the part that asks which way the current flows must.
-bool stands_out(const Point& at, const Eigen::VectorXd& sd, const std::string& name)
+/// The effect's largest weight in its deviations. Of a polynomial's weights, each of which another may stand in for,
+/// none says anything: as if all were known; of a dead time the part that asks which way the current flows counts alone.
+double in_deviations(const Point& at, const Eigen::VectorXd& sd, const std::string& name)
 {
-    constexpr double kStands = 2.0;  // one of 22 that are nothing does by chance, and what the search took is more
+    double most = 0.0;
     Eigen::Index j = at.base.size() + at.gain.size();
     for (const Term& t : at.terms) {
         const int weights = is_dead_time(t.input.law) ? 1 : weights_of(t.input.law);
         const bool polynomial = effect_of(t.input.law).shape == Shape::current_unit || is_map(t.input.law);
         for (int w = 0; w < weights && name == name_of(t.input.law); ++w)
-            if (polynomial || std::abs(t.weights[static_cast<std::size_t>(w)]) > kStands * sd[j + w]) return true;
+            most = std::max(most, polynomial ? HUGE_VAL : std::abs(t.weights[static_cast<std::size_t>(w)]) / sd[j + w]);
         j += weights_of(t.input.law) + free_shapes_of(t.input);
     }
-    return false;
+    return most;
 }
 
 /// Leaves an effect out; `less`: the point without it, fitted again.
@@ -552,12 +552,14 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
 /// most itself or all that the others leave.
 void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
+    constexpr double kStands = 2.0;    // one of 22 that are nothing does by chance, and what the search took is more
     constexpr double kFarAbove = 2.0;  // of the floor: clearly more than is_structured() asks for
     std::vector<std::string> kept;
     while (!s.found.empty()) {
         const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);
         const auto unknown = std::find_if(s.found.begin(), s.found.end(), [&](const Found& f) {
-            return std::find(kept.begin(), kept.end(), f.name) == kept.end() && !stands_out(s.best.point, sd, f.name);
+            return std::find(kept.begin(), kept.end(), f.name) == kept.end() &&
+                   !(in_deviations(s.best.point, sd, f.name) > kStands);
         });
         if (unknown == s.found.end()) return;
         const Refined less = refine(*setup.full, without(s.best.point, unknown->name), kPasses);
@@ -566,8 +568,9 @@ void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
         is.before = judge.rms(s.plain.point), is.after = judge.rms(s.best.point);
         is.floor = judge.noise(s.best.point).floor;
         const double left = judge.rms(less.point);
-        if (stands_out(s.best.point, deviations(*setup.full, s.best), unknown->name) &&
-            (carries_most(is, left) || (left > kFarAbove * is.floor && completes(left, is.after, is.floor))))
+        if (in_deviations(s.best.point, deviations(*setup.full, s.best), unknown->name) > kStands &&
+            (carries_most(is, left, in_deviations(s.best.point, sd, unknown->name)) ||
+             (left > kFarAbove * is.floor && completes(left, is.after, is.floor))))
             kept.push_back(unknown->name);
         else
             leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,

@@ -1,4 +1,6 @@
 // The rules of a trace's verdict, each at its edge.
+#include <cmath>
+
 #include "ref/trace/rules.hpp"
 
 #include "unity.h"
@@ -59,13 +61,14 @@ static void what_looks_like_another_and_leaves_noise_is_idle(void)
     TEST_ASSERT_FALSE(dqw::is_idle(0.05, 0.1, 0));
 }
 
-static void what_takes_most_is_named_whatever_its_deviation(void)
+static void what_takes_most_is_named_by_a_wide_value_but_not_by_any(void)
 {
     const Finding f{1.0, 0.5, 0.1, false, false, false};
-    TEST_ASSERT_TRUE(dqw::carries_most(f, 0.87));
-    TEST_ASSERT_FALSE(dqw::carries_most(f, 0.86));
-    TEST_ASSERT_TRUE(dqw::carries_most({0.131, 0.1, 0.1, false, false, false}, 0.131));
-    TEST_ASSERT_FALSE(dqw::carries_most({0.129, 0.1, 0.1, false, false, false}, 0.129));
+    TEST_ASSERT_TRUE(dqw::carries_most(f, 0.87, 0.51));
+    TEST_ASSERT_FALSE(dqw::carries_most(f, 0.86, HUGE_VAL));
+    TEST_ASSERT_FALSE(dqw::carries_most(f, 0.87, 0.49));
+    TEST_ASSERT_TRUE(dqw::carries_most({0.131, 0.1, 0.1, false, false, false}, 0.131, 1.0));
+    TEST_ASSERT_FALSE(dqw::carries_most({0.129, 0.1, 0.1, false, false, false}, 0.129, 1.0));
 }
 
 static void what_leaves_next_to_nothing_completes(void)
@@ -132,7 +135,7 @@ int main(void)
     RUN_TEST(effects_are_named_where_they_explain);
     RUN_TEST(one_of_several_takes_more_than_what_has_no_name);
     RUN_TEST(what_looks_like_another_and_leaves_noise_is_idle);
-    RUN_TEST(what_takes_most_is_named_whatever_its_deviation);
+    RUN_TEST(what_takes_most_is_named_by_a_wide_value_but_not_by_any);
     RUN_TEST(what_leaves_next_to_nothing_completes);
     RUN_TEST(another_frame_is_better_or_plainer_and_needs_no_effect_more);
     RUN_TEST(what_is_left_is_structured_or_noise);
