@@ -1,7 +1,7 @@
 // The rules of a trace's verdict, each at its edge.
-#include <cmath>
-
 #include "ref/trace/rules.hpp"
+
+#include <cmath>
 
 #include "unity.h"
 
