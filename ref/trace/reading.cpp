@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 
+#include "ref/fit/explain.hpp"
 #include "ref/log/symmetric.hpp"
 
 namespace dqw {
@@ -28,11 +29,14 @@ struct Block {
 using Blocks = std::vector<Block>;
 
 /// Rows apart, and a frame turned by so much of a period. Voltages of `v_rows` rows before; currents of `i_rows` rows
-/// after, in whose frame they stand.
+/// after, in whose frame they stand; or from before a filter by which a row lacks `late` times what it adds to the row
+/// before, as that row has it or, with `stator`, as it is seen from this row's frame.
 struct Rows {
     int v_rows = 0, i_rows = 0;
     double v_turn = 0.0;
     const char* how = "";
+    double late = 0.0;
+    bool stator = false;
 };
 
 const Rows kRows[] = {
@@ -48,6 +52,9 @@ const Rows kRows[] = {
     {0, 0, -0.5, "with voltages that were turned by the angle at the start of their period, not in its middle"},
 };
 
+/// Of a filter's mean delay, in rows: one between two of them leaves a third of what it leaves unread.
+constexpr double kLate[] = {0.5, 1.0, 2.0, 4.0, 8.0};
+
 constexpr std::size_t kReach = 3;  ///< rows beyond a block that a reading looks at
 
 Block block_of(const TraceSetup& setup, const Piece& piece, std::size_t begin, std::size_t end, const Rows& by)
@@ -58,6 +65,11 @@ Block block_of(const TraceSetup& setup, const Piece& piece, std::size_t begin, s
     const auto current = [&](std::size_t k) {
         const std::size_t r = at(k, by.i_rows);
         const Complex i(log.i_d_A[r], log.i_q_A[r]);
+        if (by.late > 0.0) {
+            const Complex before(log.i_d_A[k - 1], log.i_q_A[k - 1]);
+            const double w_e = 0.5 * setup.pole_pairs * (log.w_m_rad_s[k - 1] + log.w_m_rad_s[k]);
+            return i + by.late * (i - (by.stator ? before * std::polar(1.0, -w_e * log.dt_s) : before));
+        }
         if (by.i_rows == 0) return i;
         const double turned = setup.pole_pairs * 0.5 * (log.w_m_rad_s[k] + log.w_m_rad_s[r]) * by.i_rows * log.dt_s;
         return i * std::polar(1.0, turned);
@@ -239,6 +251,15 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
         r.previous = by.v_rows == -1;
         if (r.part < kClearly && r.t > kSure && (!best || r.part < best->part)) best = r;
     }
+    for (const bool stator : {false, true})
+        for (const double late : kLate) {
+            const Fitted f = fit(setup, blocks_of(setup, {0, 0, 0.0, "", late, stator}), {});
+            if (!f.sense) continue;
+            const std::string how = "with the currents from before a filter of about " + figure(late) +
+                                    (late > 1.0 ? " rows" : " row");
+            const Reading r = reading_of(as_is, f, Reading::Kind::filter, how);
+            if (r.part < kFarLess && r.t > kSure && (!best || r.part < best->part)) best = r;
+        }
     return best;
 }
 

@@ -10,7 +10,7 @@ namespace dqw {
 
 /// A reading under which the plain model, fitted anew, makes more sense of the log.
 struct Reading {
-    enum class Kind { as_is, signs, rows } kind = Kind::as_is;
+    enum class Kind { as_is, signs, rows, filter } kind = Kind::as_is;
     std::string how;          ///< "with the signs of v_d and i_d turned"
     bool previous = false;    ///< each voltage is that of the period before its row
     double part = 1.0;        ///< of the block residual that the log as it is leaves
@@ -18,8 +18,8 @@ struct Reading {
     double pole_pairs = 0.0;  ///< as they come out, where nobody gave them; else 0
 };
 
-/// (E122). All signs and exchanges of columns, and rows up to three apart, each by one least squares of the block
-/// residual; the best that makes physical sense and that is no chance. Dynamic and steady logs; else nothing.
+/// (E122). All signs and exchanges of columns, rows up to three apart, and filters of the currents, each by one least
+/// squares of the block residual; the best that makes physical sense and that is no chance. Dynamic and steady logs; else nothing.
 std::optional<Reading> other_reading(const TraceSetup& setup);
 
 }  // namespace dqw

@@ -706,6 +706,7 @@ std::string doubt_of(const Reading& r)
                                               " % of what it leaves as it stands";
     if (r.pole_pairs > 0.0) text += ", and the pole pairs come out at " + figure(r.pole_pairs);
     if (r.previous) return text + ": is voltage_interval = \"previous\" missing in the TOML?";
+    if (r.kind == Reading::Kind::filter) return text + ": are the currents filtered?";
     return text + ": are " + (r.kind == Reading::Kind::signs ? "signs and columns" : "rows and frame") +
            " those of the log format?";
 }

@@ -219,6 +219,25 @@ void frames_are_found()
            rows, "with currents that were sampled one row before the one that they stand in", 0.6);
 }
 
+/// y = y' + a (i - y'): of a = 1/(1 + n), n rows late in the mean, in either frame.
+void filtered_currents_are_found()
+{
+    for (const bool stator : {false, true})
+        for (const double n : {1.0, 3.0, 5.0}) {
+            const auto r = read_of([&](Log& l) {
+                std::complex<double> y(l.i_d_A[0], l.i_q_A[0]);
+                for (std::size_t k = 1; k < l.rows(); ++k) {
+                    if (stator) y *= std::polar(1.0, -*l.machine.pole_pairs * l.w_m_rad_s[k] * l.dt_s);
+                    y += (std::complex<double>(l.i_d_A[k], l.i_q_A[k]) - y) / (1.0 + n);
+                    l.i_d_A[k] = y.real(), l.i_q_A[k] = y.imag();
+                }
+            });
+            const char* const how = n == 1.0 ? "with the currents from before a filter of about 1 row"
+                                             : "with the currents from before a filter of about 4 rows";
+            expect(r, Reading::Kind::filter, how, 0.5);
+        }
+}
+
 }  // namespace
 
 int main()
@@ -234,5 +253,6 @@ int main()
     RUN_TEST(one_operating_point_turns_no_sign);
     RUN_TEST(rows_apart_are_found);
     RUN_TEST(frames_are_found);
+    RUN_TEST(filtered_currents_are_found);
     return UNITY_END();
 }
