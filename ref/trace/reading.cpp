@@ -52,8 +52,8 @@ const Rows kRows[] = {
     {0, 0, -0.5, "with voltages that were turned by the angle at the start of their period, not in its middle"},
 };
 
-/// Of a filter's mean delay, in rows: one between two of them leaves a third of what it leaves unread.
-constexpr double kLate[] = {0.5, 1.0, 2.0, 4.0, 8.0};
+/// Of a filter's mean delay, in rows: of one between two of them less is left than rows apart leave.
+constexpr double kLate[] = {0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0};
 
 constexpr std::size_t kReach = 3;  ///< rows beyond a block that a reading looks at
 
@@ -256,7 +256,7 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
             const Fitted f = fit(setup, blocks_of(setup, {0, 0, 0.0, "", late, stator}), {});
             if (!f.sense) continue;
             const std::string how = "with the currents from before a filter of about " + figure(late) +
-                                    (late > 1.0 ? " rows" : " row");
+                                    (late == 1.0 ? " row" : " rows");
             const Reading r = reading_of(as_is, f, Reading::Kind::filter, how);
             if (r.part < kFarLess && r.t > kSure && (!best || r.part < best->part)) best = r;
         }
