@@ -50,6 +50,13 @@ bool carries_most(const Finding& f, double without, double told)
            without * without - f.after * f.after >= kLeastExplained * excess(f.before, f.floor);
 }
 
+bool carries_all(const Finding& f, double without)
+{
+    constexpr double kFarAbove = 2.0;  // of the floor: clearly more than is_structured() asks for
+    return without > kFarAbove * f.floor && completes(without, f.after, f.floor) &&
+           !above(f.after, f.floor, f.after_exact);
+}
+
 bool is_idle(double without, double floor, std::size_t alike) { return alike > 0 && without <= kStructured * floor; }
 
 bool reads_better(const Finding& f, double read, std::size_t effects)

@@ -552,8 +552,7 @@ void leave_out(Selection& s, std::size_t k, const Refined& less, const std::stri
 /// most itself or all that the others leave.
 void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
 {
-    constexpr double kStands = 2.0;    // one of 22 that are nothing does by chance, and what the search took is more
-    constexpr double kFarAbove = 2.0;  // of the floor: clearly more than is_structured() asks for
+    constexpr double kStands = 2.0;  // one of 22 that are nothing does by chance, and what the search took is more
     std::vector<std::string> kept;
     while (!s.found.empty()) {
         const Eigen::VectorXd sd = whole_deviations(setup, *setup.full, s.best);
@@ -569,8 +568,7 @@ void drop_unknown(const TraceSetup& setup, const Judge& judge, Selection& s)
         is.floor = judge.noise(s.best.point).floor;
         const double left = judge.rms(less.point);
         if (in_deviations(s.best.point, deviations(*setup.full, s.best), unknown->name) > kStands &&
-            (carries_most(is, left, in_deviations(s.best.point, sd, unknown->name)) ||
-             (left > kFarAbove * is.floor && completes(left, is.after, is.floor))))
+            (carries_most(is, left, in_deviations(s.best.point, sd, unknown->name)) || carries_all(is, left)))
             kept.push_back(unknown->name);
         else
             leave_out(s, static_cast<std::size_t>(unknown - s.found.begin()), less,

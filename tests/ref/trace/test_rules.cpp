@@ -71,6 +71,17 @@ static void what_takes_most_is_named_by_a_wide_value_but_not_by_any(void)
     TEST_ASSERT_FALSE(dqw::carries_most({0.129, 0.1, 0.1, false, false, false}, 0.129, 1.0));
 }
 
+static void what_leaves_noise_alone_is_named_whatever_its_deviation(void)
+{
+    const Finding noise{1.0, 0.129, 0.1, false, false, false}, rest{1.0, 0.131, 0.1, false, false, false};
+    TEST_ASSERT_TRUE(dqw::carries_all(noise, 0.5));
+    TEST_ASSERT_FALSE(dqw::carries_all(rest, 0.5));
+    TEST_ASSERT_TRUE(dqw::carries_all({1.0, 0.131, 0.1, false, true, false}, 0.5));
+    TEST_ASSERT_TRUE(dqw::carries_all({1.0, 0.1, 0.1, false, false, false}, 0.201));
+    TEST_ASSERT_FALSE(dqw::carries_all({1.0, 0.1, 0.1, false, false, false}, 0.199));
+    TEST_ASSERT_FALSE(dqw::carries_all(noise, 0.21));
+}
+
 static void what_leaves_next_to_nothing_completes(void)
 {
     // 0.9 of what is above a floor of 0.1 is gone at sqrt(0.01 + 0.1 * 0.03) = 0.1140.
@@ -136,6 +147,7 @@ int main(void)
     RUN_TEST(one_of_several_takes_more_than_what_has_no_name);
     RUN_TEST(what_looks_like_another_and_leaves_noise_is_idle);
     RUN_TEST(what_takes_most_is_named_by_a_wide_value_but_not_by_any);
+    RUN_TEST(what_leaves_noise_alone_is_named_whatever_its_deviation);
     RUN_TEST(what_leaves_next_to_nothing_completes);
     RUN_TEST(another_frame_is_better_or_plainer_and_needs_no_effect_more);
     RUN_TEST(what_is_left_is_structured_or_noise);
