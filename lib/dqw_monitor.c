@@ -243,15 +243,11 @@ static bool has_met(const dqw_monitor *m, unsigned segments)
     return !dqw_estimator_forgets(&m->estimator) || m->estimator.segment.segments >= segments;
 }
 
-// An observer leans at each operating point as it does there.
-static bool is_young(const dqw_monitor *m, unsigned segments)
+// Before its healthy value stands. An observer leans at each operating point as it does there; of few and short segments
+// a dead time may stand for a resistance.
+static unsigned segments_of(const dqw_monitor *m, int channel)
 {
-    return !has_met(m, m->config->estimator.observed ? FEW_SEGMENTS_OBSERVED : segments);
-}
-
-// Of few and short segments a dead time may stand for a resistance.
-static unsigned segments_of(int channel)
-{
+    if (m->config->estimator.observed) return FEW_SEGMENTS_OBSERVED;
     return channel == DQW_WATCH_DEAD_TIME ? NEW_SEGMENTS : 1u;
 }
 
@@ -267,7 +263,7 @@ static void settle(dqw_monitor *m, int channel)
     const float band = dqw_monitor_band_of(m, channel);
     // Known less well it is watched with a band of five deviations, and its healthy value goes on being learned. Nothing
     // is known within the first segment, at whose operating point weights may stand for one another.
-    const enum dqw_watch_known known = is_young(m, segments_of(channel)) || !(x.sd < KNOWN_BANDS * band)
+    const enum dqw_watch_known known = !has_met(m, segments_of(m, channel)) || !(x.sd < KNOWN_BANDS * band)
                                            ? DQW_WATCH_NOT_KNOWN
                                        : x.sd < known_part(channel) * band ? DQW_WATCH_KNOWN_WELL
                                                                            : DQW_WATCH_KNOWN;
@@ -477,7 +473,7 @@ static void stage(dqw_monitor *m)
         // A residual above the threshold is named first: a sudden fault is one too. Not while an observer may still
         // find its angle.
         const bool above = above_threshold(m);
-        const bool finds = m->config->estimator.observed && is_young(m, 1);
+        const bool finds = m->config->estimator.observed && !has_met(m, FEW_SEGMENTS_OBSERVED);
         if (above && finds) m->watch.back = true;
         if (above && !finds) dqw_watch_alarm_residual(&m->watch);
         if (m->watch.back) dqw_estimator_stage_on(&m->estimator, true);

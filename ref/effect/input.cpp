@@ -550,77 +550,65 @@ void iron(const Input& input, const Moment& at, double siemens, Vector2& f, Vect
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
 }
 
-/// Of a voltage `by` times J r, r a flux, what the iron draws where it has the flux of the current that it leaves.
-Vector2 by_turning(const Moment& at, double by, Vector2 r)
+bool turning_drives(const Input& input)
 {
-    const double d = (by * at.Lq * r.d - r.q) / (1.0 + by * by * at.Ld * at.Lq);
-    return {d, r.d - by * at.Ld * d};
+    return (input.law == Law::iron_loss || input.law == Law::turn_short) && input.shape[0] == kTurningAlone;
 }
 
-bool turning_drives(const Input& input) { return input.shape[0] == kTurningAlone; }
+constexpr double kNone[3] = {}, kUnit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
 
-bool sees_turning_alone(const Input& input) { return input.law == Law::iron_loss && turning_drives(input); }
+/// What the iron, or a short by its three weights, draws of a voltage. (E52), (E120)
+struct Conductance {
+    double dd, dq, qq;
 
-/// A conductance across what the turning flux induces, without what its change does. (E52)
-Vector2 turned_iron(const Moment& at, double siemens)
-{
-    const double by = siemens * at.w_e;
-    const Vector2 drawn = by_turning(at, by, {at.Ld * at.i_d + at.psi, at.Lq * at.i_q});
-    return {-by * at.Ld * drawn.d, -by * at.Lq * drawn.q};
-}
-
-/// Its slope by the conductance.
-Vector2 turned_iron_slope(const Moment& at, double siemens)
-{
-    const Vector2 g = turned_iron(at, siemens),
-                  drawn = by_turning(at, siemens * at.w_e, {at.Ld * at.i_d + at.psi + g.d, at.Lq * at.i_q + g.q});
-    return {-at.w_e * at.Ld * drawn.d, -at.w_e * at.Lq * drawn.q};
-}
-
-/// Rows of what a short takes by its three weights of a voltage, or that of one weight. (E120)
-struct OfShort {
-    double dd, dq, qd, qq;
-
-    OfShort(const Moment& at, const double weights[])
+    Conductance(const Input& input, const Moment& at, const double weights[]) : dd(weights[0]), dq(0.0), qq(weights[0])
     {
+        if (input.law != Law::turn_short) return;
         const double c = at.cos_e * at.cos_e - at.sin_e * at.sin_e, s = 2.0 * at.cos_e * at.sin_e;
-        const double even = weights[0] / 3.0, d = (weights[1] * c + weights[2] * s) / 3.0,
-                     q = (weights[2] * c - weights[1] * s) / 3.0;
-        dd = even + d, dq = qd = q, qq = even - d;
+        const double even = weights[0] / 3.0, mirrored = (weights[1] * c + weights[2] * s) / 3.0;
+        dd = even + mirrored, dq = (weights[2] * c - weights[1] * s) / 3.0, qq = even - mirrored;
     }
-    Vector2 on(Vector2 v) const { return {dd * v.d + dq * v.q, qd * v.d + qq * v.q}; }
+    Vector2 on(Vector2 v) const { return {dd * v.d + dq * v.q, dq * v.d + qq * v.q}; }
 };
 
-/// Shorted turns that what the turning flux induces alone drives: `o = M w_e J (psi_m - L o)`, M of the weights. (E120)
-class TurnedShort {
+/// What the line has more where the turning flux alone drives a conductance M: `o = M w_e J (psi + L (i - o))`.
+class DrawnByTurning {
 public:
-    TurnedShort(const Moment& at, const double weights[])
-        : at_(at), of_(at, weights), flux_{at.Ld * at.i_d + at.psi, at.Lq * at.i_q}
+    DrawnByTurning(const Input& input, const Moment& at, const double weights[])
+        : input_(input), at_(at), of_(input, at, weights),
+          drawn_(less(of_.on(induced(at.Ld * at.i_d + at.psi, at.Lq * at.i_q))))
     {
-        drawn_ = less(of_.on(induced(flux_)));
     }
     Vector2 drawn() const { return drawn_; }
-    /// By the weights in the direction of `weights`.
-    Vector2 by_weights(const double weights[]) const
+    Vector2 by_weight(int j) const
     {
-        return less(OfShort(at_, weights).on(induced({flux_.d - at_.Ld * drawn_.d, flux_.q - at_.Lq * drawn_.q})));
+        return less(Conductance(input_, at_, kUnit[j])
+                        .on(induced(at_.Ld * (at_.i_d - drawn_.d) + at_.psi, at_.Lq * (at_.i_q - drawn_.q))));
     }
-    /// By the current in that direction.
-    Vector2 by_current(Vector2 i) const { return less(of_.on(induced({at_.Ld * i.d, at_.Lq * i.q}))); }
+    Vector2 by_i_d() const { return less(of_.on(induced(at_.Ld, 0.0))); }
+    Vector2 by_i_q() const { return less(of_.on(induced(0.0, at_.Lq))); }
+
+    /// What the winding's flux then lacks: of iron without what bends it.
+    Vector2 lacks(Vector2 o) const
+    {
+        if (input_.law == Law::turn_short) return lost_flux(at_, o);
+        return {-at_.Ld * o.d, -at_.Lq * o.q};
+    }
 
 private:
-    Vector2 induced(Vector2 flux) const { return {-at_.w_e * flux.q, at_.w_e * flux.d}; }
-    /// Where what it takes is missing in the flux.
+    Vector2 induced(double flux_d, double flux_q) const { return {-at_.w_e * flux_q, at_.w_e * flux_d}; }
+    /// Where what is drawn is missing in the flux.
     Vector2 less(Vector2 o) const
     {
-        const Vector2 d = of_.on(induced({at_.Ld, 0.0})), q = of_.on(induced({0.0, at_.Lq}));
+        const Vector2 d = of_.on(induced(at_.Ld, 0.0)), q = of_.on(induced(0.0, at_.Lq));
         const double det = (1.0 + d.d) * (1.0 + q.q) - q.d * d.q;
         return {((1.0 + q.q) * o.d - q.d * o.q) / det, ((1.0 + d.d) * o.q - d.q * o.d) / det};
     }
 
+    const Input& input_;
     const Moment& at_;
-    OfShort of_;
-    Vector2 flux_, drawn_{};
+    Conductance of_;
+    Vector2 drawn_;
 };
 
 /// Currents and voltage seen from a frame that is `angle` ahead of the rotor: the induced voltage lies elsewhere, and
@@ -885,6 +873,11 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
         return;
     }
     for (int j = 0; j < count; ++j) f[j] = g[j] = {};
+    if (turning_drives(input)) {
+        const DrawnByTurning turned(input, at, weights ? weights : kNone);
+        for (int j = 0; j < count; ++j) g[j] = turned.lacks(turned.by_weight(j));
+        return;
+    }
     switch (input.law) {
     case Law::dead_time:
     case Law::dead_clamped:
@@ -905,12 +898,7 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     case Law::cross_map: mapped(input, at, g); break;
     case Law::winding_temperature: f[0] = {at.state * (at.i_d + at.bow_d), at.state * at.i_q}; break;
     case Law::magnet_temperature: g[0].d = at.state; break;
-    case Law::iron_loss:
-        if (sees_turning_alone(input))
-            g[0] = turned_iron_slope(at, weights ? weights[0] : 0.0);
-        else
-            iron(input, at, weights ? weights[0] : 0.0, f[0], g[0]);
-        break;
+    case Law::iron_loss: iron(input, at, weights ? weights[0] : 0.0, f[0], g[0]); break;
     case Law::flux_harmonics: {
         double c = at.cos_e, s = at.sin_e, cn = 1.0, sn = 0.0;
         for (int n = static_cast<int>(input.shape[0]); n > 0; n /= 2) {
@@ -950,16 +938,9 @@ void evaluate(const Input& input, const Moment& at, Vector2 f[], Vector2 g[], co
     }
     case Law::voltage_scale: f[0] = plus({}, lacking(input, at), at.v_now); break;
     case Law::turn_short: {
-        constexpr double kOne[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-        if (turning_drives(input)) {
-            constexpr double kNone[3] = {};
-            const TurnedShort turned(at, weights ? weights : kNone);
-            for (int j = 0; j < count; ++j) g[j] = lost_flux(at, turned.by_weights(kOne[j]));
-            break;
-        }
         const Vector2 late = at.lag_s > 0.0 ? on_the_way(at, at.lag_s) : Vector2{},
                       v = at.later ? reaching(at, at.v_next) : plus(reaching_at_end(at), -1.0, late);
-        for (int j = 0; j < count; ++j) drawn(at, OfShort(at, kOne[j]).on(v), f[j], g[j]);
+        for (int j = 0; j < count; ++j) drawn(at, Conductance(input, at, kUnit[j]).on(v), f[j], g[j]);
         break;
     }
     case Law::encoder_eccentricity: {
@@ -1032,9 +1013,11 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
         f.d += late.f.d, f.q += late.f.q;
         return;
     }
-    if (sees_turning_alone(input)) return void(g = plus(g, 1.0, turned_iron(at, weights[0])));
-    if (input.law == Law::turn_short && turning_drives(input))
-        return void(g = plus(g, 1.0, lost_flux(at, TurnedShort(at, weights).drawn())));
+    if (turning_drives(input)) {
+        const DrawnByTurning turned(input, at, weights);
+        g = plus(g, 1.0, turned.lacks(turned.drawn()));
+        return;
+    }
     if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
     if (input.law == Law::pulsed_shift || input.law == Law::pulsed_lag) {
@@ -1074,6 +1057,12 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         evaluate_slope(input, weights, in_rotors_frame(at), by_f, by_g);
         const double c = at.ahead.cos, s = -at.ahead.sin;
         add_turned(c, s, by_f, f_slope), add_turned(c, s, by_g, g_slope);
+        return;
+    }
+    if (turning_drives(input)) {
+        const DrawnByTurning turned(input, at, weights);
+        const Vector2 by_d = turned.lacks(turned.by_i_d()), by_q = turned.lacks(turned.by_i_q());
+        g_slope[0] += by_d.d, g_slope[1] += by_q.d, g_slope[2] += by_d.q, g_slope[3] += by_q.q;
         return;
     }
     switch (input.law) {
@@ -1125,23 +1114,6 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         const Vector2 i = in_iron(at);
         const std::array<double, 3> L = inductance(input.shape, weights, i.d, i.q);
         g_slope[0] += L[0], g_slope[1] += L[1], g_slope[2] += L[1], g_slope[3] += L[2];
-        break;
-    }
-    case Law::iron_loss: {
-        if (!sees_turning_alone(input)) break;
-        const double by = weights[0] * at.w_e;
-        const Vector2 d = by_turning(at, by, {at.Ld, 0.0}), q = by_turning(at, by, {0.0, at.Lq});
-        g_slope[0] -= by * at.Ld * d.d, g_slope[1] -= by * at.Ld * q.d;
-        g_slope[2] -= by * at.Lq * d.q, g_slope[3] -= by * at.Lq * q.q;
-        break;
-    }
-    case Law::turn_short: {
-        if (!turning_drives(input)) break;
-        const TurnedShort turned(at, weights);
-        for (int col : {0, 1}) {
-            const Vector2 g = lost_flux(at, turned.by_current(col == 0 ? Vector2{1.0, 0.0} : Vector2{0.0, 1.0}));
-            g_slope[col] += g.d, g_slope[2 + col] += g.q;
-        }
         break;
     }
     case Law::voltage_scale: {

@@ -320,7 +320,7 @@ double first_seen(const Model& model, const Refined& base, const Screened& s)
 }
 
 /// Those that would have been taken next: where what was taken predicts with another gain, a linear step from there may
-/// see nothing of them, unlike phases behind a dead time.
+/// see nothing of them, unlike sensors behind a dead time.
 std::set<std::string> that_stand(const Model& model, const std::vector<Tried>& tried, const Tried& taken,
                                  const SelectOptions& options, const Refined& base)
 {

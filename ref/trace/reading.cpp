@@ -101,6 +101,18 @@ Blocks blocks_of(const TraceSetup& setup, const Rows& by)
     return out;
 }
 
+/// The currents of `a`, and `times` what they are off by in `b`.
+Blocks beyond(const Blocks& a, const Blocks& b, double times)
+{
+    Blocks out = a;
+    for (std::size_t k = 0; k < out.size(); ++k) {
+        Block& to = out[k];
+        to.i += times * (b[k].i - a[k].i), to.slope += times * (b[k].slope - a[k].slope);
+        to.turning += times * (b[k].turning - a[k].turning);
+    }
+    return out;
+}
+
 /// Signs and exchanges of columns.
 struct Columns {
     bool exchange_v = false, exchange_i = false;
@@ -251,15 +263,17 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
         r.previous = by.v_rows == -1;
         if (r.part < kClearly && r.t > kSure && (!best || r.part < best->part)) best = r;
     }
-    for (const bool stator : {false, true})
+    for (const bool stator : {false, true}) {
+        const Blocks one = blocks_of(setup, {0, 0, 0.0, "", 1.0, stator});
         for (const double late : kLate) {
-            const Fitted f = fit(setup, blocks_of(setup, {0, 0, 0.0, "", late, stator}), {});
+            const Fitted f = fit(setup, beyond(blocks, one, late), {});
             if (!f.sense) continue;
             const std::string how = "with the currents from before a filter of about " + figure(late) +
                                     (late == 1.0 ? " row" : " rows");
             const Reading r = reading_of(as_is, f, Reading::Kind::filter, how);
             if (r.part < kFarLess && r.t > kSure && (!best || r.part < best->part)) best = r;
         }
+    }
     return best;
 }
 

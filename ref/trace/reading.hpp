@@ -19,7 +19,8 @@ struct Reading {
 };
 
 /// (E122). All signs and exchanges of columns, rows up to three apart, and filters of the currents, each by one least
-/// squares of the block residual; the best that makes physical sense and that is no chance. Dynamic and steady logs; else nothing.
+/// squares of the block residual; the best that makes physical sense and that is no chance. Dynamic and steady logs;
+/// else nothing.
 std::optional<Reading> other_reading(const TraceSetup& setup);
 
 }  // namespace dqw

@@ -42,8 +42,8 @@ bool carries(const Finding& all, double with, double without);
 /// the effect more is left. `told`: its value in its deviations; below a half the sign is wrong in three of ten cases.
 bool carries_most(const Finding& f, double without, double told);
 
-/// The same of one that takes all that the others leave, which is clearly more than noise, and leaves noise; whatever its
-/// deviation.
+/// The same of one that takes all that the others leave, which is clearly more than noise, and leaves noise; whatever
+/// its deviation.
 bool carries_all(const Finding& f, double without);
 
 /// Is one effect of several needed by nothing? `without`: what is left once the others are fitted alone; `alike`: how
