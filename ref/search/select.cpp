@@ -356,7 +356,7 @@ const Screened& by_legs(const Model& model, const Refined& base, const std::vect
 
 /// The candidates that are not on, tried on top of `base`, best first; one for each name, or for each that is apart.
 /// `best_seen`: log-likelihood of the rows seen where a better one than `base` is known. What does not gain half of the
-/// best is not fitted to its end. `stood`: those that are fitted whatever their linear step says.
+/// best is not fitted to its end. `stood`: those that are tried whatever their linear step says.
 std::vector<Tried> round(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
                          const SelectOptions& options, std::vector<std::pair<std::string, Point>>* alone,
                          double best_seen = -HUGE_VAL, bool (*is_on)(const Point&, const Candidate&) = has_any,
@@ -386,8 +386,8 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         const bool plain = law != Law::dead_given_back && s.candidate->names().size() == 1;
         if (alone && plain && !s.candidate->is_fault() && told.insert(key).second)
             alone->push_back({s.candidate->names().front(), s.point});
-        const bool stands = plain && stood.count(s.candidate->names().front()) > 0;
-        const bool anyway = law == Law::dead_given_back || (law == Law::saturation && !full) || stands;
+        const bool anyway = law == Law::dead_given_back || (law == Law::saturation && !full) ||
+                            (plain && stood.count(s.candidate->names().front()) > 0);
         if (refined.size() >= kRefined && refined.count(key) == 0 && !anyway) {
             full = alone == nullptr;
             continue;
@@ -397,7 +397,7 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
         // Settled points' fits cost little, and few rows tell late.
         const double worth = model.gains() > 0 ? base.left.seen + kHalf * (best_seen - base.left.seen) : -HUGE_VAL;
         // What is told of each alone is that of a fit.
-        tried.push_back(attempt(model, base, first, worth, alone == nullptr && !stands && is_idle(base, first, worth)));
+        tried.push_back(attempt(model, base, first, worth, alone == nullptr && is_idle(base, first, worth)));
         if (tried.back().refined.ok) best_seen = std::max(best_seen, tried.back().refined.left.seen);
         if (options.tick) options.tick();
     }
