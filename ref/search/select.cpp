@@ -488,6 +488,15 @@ void follow(const Model& model, std::size_t k, Selection& s)
     }
 }
 
+void put_in_its_place(const Model& model, const SelectOptions& options, const Tried& other, std::size_t k, Selection& s)
+{
+    Refined fitted = refine(model, other.refined, kPasses);
+    s.best = options.settle ? options.settle(std::move(fitted)) : std::move(fitted);
+    s.found[k] = {other.name, {}, s.found[k].round};
+    follow(model, k, s);
+    s.beside_last.clear();
+}
+
 /// Another in the place of the effect at `k`, which what was found since shows to have been the wrong one: where the rows
 /// held out confirm it, beside what noise either law brings in, and it is as plain and leaves no more, or leaves as much
 /// less as names an effect more. (E176)
@@ -510,12 +519,35 @@ bool takes_its_place(const Model& model, const std::vector<Tried>& others, const
         if (as_plain || needed(model, s.best, t.refined, options)) best = &t;
     }
     if (best == nullptr) return false;
-    Refined fitted = refine(model, best->refined, kPasses);
-    s.best = options.settle ? options.settle(std::move(fitted)) : std::move(fitted);
-    s.found[k] = {best->name, {}, s.found[k].round};
-    follow(model, k, s);
-    s.beside_last.clear();
+    put_in_its_place(model, options, *best, k, s);
     return true;
+}
+
+/// In place of a loss or a short at `k` that is as small as what each drive has, the angle or the voltage's frame of
+/// another instant, where the rows held out do not tell them apart. (E196)
+bool is_of_another_instant(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
+                           const SelectOptions& options, double close, std::size_t k, Selection& s)
+{
+    if (!options.may_be_sampling || !options.may_be_sampling(s.best.point, s.found[k].name)) return false;
+    if (has(base.point, name_of(Law::sample_shift))) return false;
+    std::vector<Candidate> instants;
+    for (const Candidate& c : candidates) {
+        const Input& input = c.inputs.front();
+        const Instant instant = static_cast<Instant>(static_cast<int>(input.shape[0]));
+        if (input.law == Law::sample_shift && (instant == Instant::angle || instant == Instant::voltage_frame))
+            instants.push_back(c);
+    }
+    const std::vector<Tried> tried = round(model, base, instants, options, nullptr, s.best.left.seen);
+    for (const Tried& t : tried) {
+        if (!t.refined.ok || !options.may_be_sampling(t.refined.point, t.name)) continue;
+        if (options.veto && !options.veto(t.refined.point).empty()) continue;
+        const Better over = better(model, t.refined.left, s.best.left);
+        if (options.reported_rms_to(t.refined.point, close) > close) continue;
+        if (over.t > kSeparateT && over.nats_each > kSeparateNats) continue;
+        put_in_its_place(model, options, t, k, s);
+        return true;
+    }
+    return false;
 }
 
 }  // namespace
@@ -540,12 +572,13 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
         const auto is_other = [&found](const Candidate& c) {
             return c.names().size() == 1 && c.names().front() != found.name && !c.is_fault();
         };
+        const std::size_t place = static_cast<std::size_t>(&found - s.found.data());
+        if (exchanges && is_of_another_instant(model, base, candidates, options, close, place, s)) return true;
         std::vector<Candidate> others;
         std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(others), is_other);
         const std::vector<Tried> tried = known ? std::move(s.beside_last)
                                                : round(model, base, others, options, nullptr, s.best.left.seen,
                                                        has_any_sensor);
-        const std::size_t place = static_cast<std::size_t>(&found - s.found.data());
         if (exchanges && s.found.size() > 1 && !bends_iron(found.name) &&
             takes_its_place(model, tried, options, own, place, s)) {
             drop_superfluous(model, options, s);

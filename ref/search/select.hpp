@@ -73,6 +73,8 @@ struct SelectOptions {
     std::function<bool(const Point&, const Point&)> completes;
     /// Nats on the rows held out that a point's effects lose to noise of the columns in their own laws; absent: none.
     std::function<double(const Refined&)> to_law_noise;
+    /// Whether an effect of a point is as small as what each drive's sampling leaves; absent: none is.
+    std::function<bool(const Point&, const std::string&)> may_be_sampling;
     /// How the legs may pulse within a period, where that may be part of what a point leaves; absent: they do not.
     std::function<std::vector<Input>(const Point&)> pulses;
     std::function<void()> tick;

@@ -10,10 +10,13 @@ namespace {
 double below(double t) { return 0.5 * std::erfc(-t / std::sqrt(2.0)); }
 
 /// Odds of what was left out against what was taken: by the blocks' signs of the gain, or by its size where each block
-/// counts as one row.
+/// counts as one row, whichever says less.
 double odds_against(const Better& over)
 {
-    return std::max(below(-over.t) / std::max(below(over.t), 1e-9), std::exp(-over.nats_each));
+    const double by_t = below(-over.t) / std::max(below(over.t), 1e-9), by_nats = std::exp(-over.nats_each);
+    if (by_t < 1.0 && by_nats < 1.0) return std::max(by_t, by_nats);
+    if (by_t > 1.0 && by_nats > 1.0) return std::min(by_t, by_nats);
+    return 1.0;
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 #include "ref/trace/sampled_instant.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "ref/effect/effect.hpp"
+#include "ref/model/electrical.hpp"
 
 namespace dqw {
 namespace {
@@ -61,6 +63,19 @@ Refined settle_instant(const TraceSetup& setup, const Model& model, Refined foun
                     take(with_input(model, found, k, c.inputs.front(), part * from_s, best.left.seen));
     }
     return best;
+}
+
+bool may_be_sampling(const Point& at, const std::string& name)
+{
+    constexpr double kSampling_s = 1e-6;
+    for (const Term& t : at.terms) {
+        if (name != name_of(t.input.law)) continue;
+        const bool shift = t.input.law == Law::sample_shift;
+        if (!shift && t.input.law != Law::iron_loss && t.input.law != Law::turn_short) return false;
+        const double L_H = std::max(at.base[ElectricalModel::kLd], at.base[ElectricalModel::kLq]);
+        return std::abs(t.weights[0]) * (shift ? 1.0 : L_H) < kSampling_s;
+    }
+    return false;
 }
 
 }  // namespace dqw

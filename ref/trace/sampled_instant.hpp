@@ -1,6 +1,8 @@
-// When the currents of a row are sampled, among the legs' pulses.
+// When the currents of a row are sampled: among the legs' pulses, or a little late as on each drive.
 #ifndef DQW_REF_TRACE_SAMPLED_INSTANT_HPP
 #define DQW_REF_TRACE_SAMPLED_INSTANT_HPP
+
+#include <string>
 
 #include "ref/search/solve.hpp"
 #include "ref/trace/setup.hpp"
@@ -12,6 +14,10 @@ namespace dqw {
 /// shows only once what else the machine has is in the model.
 /// Cost  four fits for each modulation, and one
 Refined settle_instant(const TraceSetup& setup, const Model& model, Refined found);
+
+/// Whether an effect of a machine's point is no more than what a converter that takes one current after the other, and
+/// its amplifier, leave of the currents: a shift, or a loss or a short by what it takes of them. (E196)
+bool may_be_sampling(const Point& at, const std::string& name);
 
 }  // namespace dqw
 

@@ -393,6 +393,7 @@ SelectOptions select_options(const TraceSetup& setup, const Judge& judge, const 
             const bool open = is_bent(p) || judge.rms(p) > kStructured * judge.noise(p).of_rows();
             return open ? with_map(setup, setup.search(), p) : Refined();
         };
+    if (setup.regime == Regime::dynamic) o.may_be_sampling = may_be_sampling;
     if (setup.regime == Regime::dynamic)
         o.to_law_noise = [&setup](const Refined& r) { return nats_to_law_noise(setup, r); };
     o.completes = [&judge](const Point& few, const Point& more) {
@@ -782,7 +783,9 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
         put_channel(*setup, s.best.point, e);
         e.heldout_rms_after = k + 1 == s.found.size() ? result.after.heldout_rms : judge.rms(s.after[k]);
         e.confusable_with = s.found[k].confusable_with;
-        e.confidence = confidence_of(s.found[k], share_of(before, result.after.heldout_rms, floor));
+        // Where the plain model leaves less than single rows' noise, which a filter makes, nothing is left above it.
+        const double share = before > floor ? share_of(before, result.after.heldout_rms, floor) : 1.0;
+        e.confidence = confidence_of(s.found[k], share);
         if (!e.confusable_with.empty()) e.separate = find_effect(e.name)->separate;
         say_row_late(e, logs, result.notes);
         result.effects.push_back(e);

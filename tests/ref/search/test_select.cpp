@@ -20,10 +20,12 @@ constexpr Law kLaws[] = {Law::delay,         Law::angle_offset, Law::magnet_temp
 constexpr Law kFirst = Law::delay, kSecond = Law::angle_offset;
 
 /// y = 3 + 5 x + 2 z + noise, x the first law's column and z the second's; those of the others are nothing to it. Where
-/// the first law is in, the second's column as a candidate is none of it, as far from zero as its own linear step ends.
+/// the first law is in, the second's column as a candidate may be hidden: none of it, as far from zero as its own linear
+/// step ends. A third law's may be nearly the first's.
 class Columns : public dqw::Model {
 public:
-    explicit Columns(bool hides) : hides_(hides)
+    explicit Columns(bool hides, Law first = kFirst, Law alike = Law::pulses)
+        : hides_(hides), first_(first), alike_(alike)
     {
         std::mt19937 random(7);
         std::normal_distribution<double> normal;
@@ -42,13 +44,15 @@ public:
     std::vector<dqw::ReportBlock> report(const dqw::Point&, std::size_t) const override { return {}; }
     double column(Law law, std::size_t row) const
     {
+        constexpr double kNearly = 1e-3;
+        if (law == alike_) return column(first_, row) + kNearly * columns_.back()[row];
         for (std::size_t n = 0; n < std::size(kLaws); ++n)
             if (kLaws[n] == law) return columns_[n][row];
         return 0.0;
     }
     double error(const dqw::Point& at, std::size_t row) const
     {
-        double e = 3.0 + 5.0 * column(kFirst, row) + 2.0 * column(kSecond, row) + noise_[row] - at.base[0];
+        double e = 3.0 + 5.0 * column(first_, row) + 2.0 * column(kSecond, row) + noise_[row] - at.base[0];
         for (const dqw::Term& t : at.terms) e -= t.weights[0] * column(t.input.law, row);
         return e;
     }
@@ -56,7 +60,7 @@ public:
                std::vector<dqw::BlockSum>& sums) const override
     {
         sums = dqw::empty_sums(kBlocks, 1, dqw::columns_of(at, candidates));
-        const bool first = !at.terms.empty() && at.terms.front().input.law == kFirst;
+        const bool first = !at.terms.empty() && at.terms.front().input.law == first_;
         for (std::size_t b = 0; b < kBlocks; ++b)
             for (std::size_t row = kRows * b; row < kRows * (b + 1); ++row) {
                 std::vector<double> line{-1.0};
@@ -81,6 +85,7 @@ public:
 
 private:
     bool hides_;
+    Law first_, alike_;
     std::array<std::array<double, kBlocks * kRows>, std::size(kLaws) + 1> columns_{};
     std::array<double, kBlocks * kRows> noise_{};
     std::vector<std::string> names_{"R_ohm"};
@@ -88,20 +93,30 @@ private:
     dqw::Plan plan_;
 };
 
+dqw::Point start()
+{
+    dqw::Point at;
+    at.base.resize(1), at.gain.resize(0), at.base[0] = 1.0;
+    return at;
+}
+
+dqw::SelectOptions options_of(const Columns& model)
+{
+    dqw::SelectOptions options;
+    options.reported_rms = [&model](const dqw::Point& at) { return std::vector<double>{model.rms(at)}; };
+    options.reported_rms_to = [&model](const dqw::Point& at, double) { return model.rms(at); };
+    return options;
+}
+
 /// Its linear step sees the second beside the first, or ranks it behind five that are nothing: it stood in the round
 /// before.
 void what_stood_before_is_fitted_again()
 {
     for (const bool hides : {false, true}) {
         const Columns model(hides);
-        dqw::Point start;
-        start.base.resize(1), start.gain.resize(0), start.base[0] = 1.0;
         std::vector<dqw::Candidate> candidates;
         for (const Law law : kLaws) candidates.push_back({{{law, {}}}});
-        dqw::SelectOptions options;
-        options.reported_rms = [&model](const dqw::Point& at) { return std::vector<double>{model.rms(at)}; };
-        options.reported_rms_to = [&model](const dqw::Point& at, double) { return model.rms(at); };
-        const dqw::Selection s = dqw::select(model, start, candidates, options);
+        const dqw::Selection s = dqw::select(model, start(), candidates, options_of(model));
         TEST_ASSERT_EQUAL_size_t(2, s.found.size());
         TEST_ASSERT_EQUAL_STRING(dqw::name_of(kFirst), s.found[0].name.c_str());
         TEST_ASSERT_EQUAL_STRING(dqw::name_of(kSecond), s.found[1].name.c_str());
@@ -112,11 +127,40 @@ void what_stood_before_is_fitted_again()
     }
 }
 
+/// A loss that a shift of the angle cannot be told from is that shift where both are as small as sampling makes them.
+void a_loss_as_small_as_sampling_is_a_shift()
+{
+    const Columns model(false, Law::iron_loss, Law::sample_shift);
+    const std::vector<dqw::Candidate> candidates = {{{{Law::iron_loss, {}}}},
+                                                    {{{Law::sample_shift, {static_cast<double>(dqw::Instant::angle)}}}},
+                                                    {{{Law::angle_offset, {}}}}};
+    const char *loss = "iron_loss", *shift = "sample_shift";
+    for (const char* small : {"", loss, shift, "both"}) {
+        dqw::SelectOptions options = options_of(model);
+        options.may_be_sampling = [&](const dqw::Point&, const std::string& name) {
+            return std::string(small) == "both" || name == small;
+        };
+        dqw::Selection s = dqw::select(model, start(), candidates, options);
+        TEST_ASSERT_EQUAL_STRING(loss, s.found[0].name.c_str());
+        const bool goes = dqw::look_alikes(model, candidates, options, true, s);
+        TEST_ASSERT_EQUAL(std::string(small) == "both", goes);
+        TEST_ASSERT_FALSE(dqw::look_alikes(model, candidates, options, true, s));
+        // The other is listed beside it.
+        TEST_ASSERT_EQUAL_size_t(2, s.found.size());
+        TEST_ASSERT_EQUAL_STRING(goes ? shift : loss, s.found[0].name.c_str());
+        TEST_ASSERT_EQUAL_size_t(1, s.found[0].confusable_with.size());
+        TEST_ASSERT_EQUAL_STRING(goes ? loss : shift, s.found[0].confusable_with[0].c_str());
+        for (const dqw::Term& t : s.best.point.terms)
+            TEST_ASSERT_DOUBLE_WITHIN(0.064, t.input.law == Law::angle_offset ? 2.0 : 5.0, t.weights[0]);
+    }
+}
+
 }  // namespace
 
 int main()
 {
     UNITY_BEGIN();
     RUN_TEST(what_stood_before_is_fitted_again);
+    RUN_TEST(a_loss_as_small_as_sampling_is_a_shift);
     return UNITY_END();
 }

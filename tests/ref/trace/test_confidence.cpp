@@ -34,6 +34,10 @@ void rivals_as_good_share_the_name()
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.9 * alone, confidence_of(over({{1e3, 1.281552, 50.0}}), 1.0));
     // Alike in all blocks, and worth no more than the sampling's own error: t of 14 proves nothing.
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, alone / (1.0 + std::exp(-0.84)), confidence_of(over({{46.0, 13.9, 0.84}}), 1.0));
+    // Nor for a rival that is hardly better; one that is by both is.
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, alone / (1.0 + std::exp(0.1)), confidence_of(over({{-7.0, -6.0, -0.1}}), 1.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.1 * alone, confidence_of(over({{-1e3, -1.281552, -50.0}}), 1.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, alone / 2.0, confidence_of(over({{-2.0, 1.5, -0.3}}), 1.0));
 }
 
 void what_is_left_is_against_it()
