@@ -528,8 +528,8 @@ bool takes_its_place(const Model& model, const std::vector<Tried>& others, const
 bool is_of_another_instant(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
                            const SelectOptions& options, double close, std::size_t k, Selection& s)
 {
+    if (has(s.best.point, name_of(Law::sample_shift))) return false;
     if (!options.may_be_sampling || !options.may_be_sampling(s.best.point, s.found[k].name)) return false;
-    if (has(base.point, name_of(Law::sample_shift))) return false;
     std::vector<Candidate> instants;
     for (const Candidate& c : candidates) {
         const Input& input = c.inputs.front();
