@@ -21,6 +21,7 @@ constexpr double kSeparateNats = 1.0;
 constexpr double kLawNoiseOff = 0.5;
 /// As many as what few blocks gain must have where they do not lie together.
 constexpr double kCompleteNats = 40.0;
+constexpr double kClose = 1.1;         ///< of the reported RMS, that of another that leaves as little
 constexpr std::size_t kMostAlike = 3;  ///< in a report: more help nobody
 /// Effects that a round fits, of those that did best as a linear step, and passes of a fit: more cost time, (E48).
 constexpr std::size_t kRefined = 5;
@@ -248,7 +249,6 @@ double law_noise(const SelectOptions& options, const Refined& r)
 void weigh_law_noise(const SelectOptions& options, std::vector<Tried>& tried)
 {
     if (!options.to_law_noise) return;
-    constexpr double kClose = 1.1;
     std::vector<double> rms(tried.size(), HUGE_VAL);
     double least = HUGE_VAL;
     for (std::size_t k = 0; k < tried.size(); ++k) {
@@ -523,10 +523,23 @@ bool takes_its_place(const Model& model, const std::vector<Tried>& others, const
     return true;
 }
 
+/// How much better `best` is than another that leaves as little, but for what noise either's law brings in; `own`: that
+/// of the best.
+Better beside_their_noise(const Model& model, const SelectOptions& options, const Refined& other, double own,
+                          const Refined& best)
+{
+    const double nats = own - law_noise(options, other);
+    // What the rows seen want as much, without more columns, those held out do not tell apart.
+    if (other.left.seen >= best.left.seen + nats && other.point.columns() <= best.point.columns()) return {};
+    const Better over = beside_law_noise(better(model, other.left, best.left), nats);
+    // Nor what the estimate of the laws' own noise decides.
+    return std::abs(over.nats) < kLawNoiseOff * std::abs(nats) ? Better() : over;
+}
+
 /// In place of a loss or a short at `k` that is as small as what each drive has, the angle or the voltage's frame of
 /// another instant, where the rows held out do not tell them apart. (E196)
 bool is_of_another_instant(const Model& model, const Refined& base, const std::vector<Candidate>& candidates,
-                           const SelectOptions& options, double close, std::size_t k, Selection& s)
+                           const SelectOptions& options, double close, double own, std::size_t k, Selection& s)
 {
     if (has(s.best.point, name_of(Law::sample_shift))) return false;
     if (!options.may_be_sampling || !options.may_be_sampling(s.best.point, s.found[k].name)) return false;
@@ -541,8 +554,8 @@ bool is_of_another_instant(const Model& model, const Refined& base, const std::v
     for (const Tried& t : tried) {
         if (!t.refined.ok || !options.may_be_sampling(t.refined.point, t.name)) continue;
         if (options.veto && !options.veto(t.refined.point).empty()) continue;
-        const Better over = better(model, t.refined.left, s.best.left);
         if (options.reported_rms_to(t.refined.point, close) > close) continue;
+        const Better over = beside_their_noise(model, options, t.refined, own, s.best);
         if (over.t > kSeparateT && over.nats_each > kSeparateNats) continue;
         put_in_its_place(model, options, t, k, s);
         return true;
@@ -558,7 +571,7 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
     // At one speed the 3000-rpm grid sets both: with a part of 1.2 its angle offset would count as told from a voltage
     // offset and from iron loss, with 1.8 its saturation as one with a delay; without half a deviation more, its angle
     // offset as told from iron loss.
-    const double close = (options.one_speed ? 1.4 : 1.1) * joint(options.reported_rms(s.best.point)),
+    const double close = (options.one_speed ? 1.4 : kClose) * joint(options.reported_rms(s.best.point)),
                  apart = kSeparateT + (options.one_speed ? 0.5 : 0.0);
     const double own = law_noise(options, s.best);
     for (Found& found : s.found) found.confusable_with.clear(), found.rivals.clear();
@@ -573,7 +586,7 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             return c.names().size() == 1 && c.names().front() != found.name && !c.is_fault();
         };
         const std::size_t place = static_cast<std::size_t>(&found - s.found.data());
-        if (exchanges && is_of_another_instant(model, base, candidates, options, close, place, s)) return true;
+        if (exchanges && is_of_another_instant(model, base, candidates, options, close, own, place, s)) return true;
         std::vector<Candidate> others;
         std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(others), is_other);
         const std::vector<Tried> tried = known ? std::move(s.beside_last)
@@ -589,17 +602,9 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
             const auto& listed = found.confusable_with;
             const bool is_listed = std::find(listed.begin(), listed.end(), t.name) != listed.end();
             if (options.veto && !options.veto(t.refined.point).empty()) continue;
-            Better over = better(model, t.refined.left, s.best.left);
             const bool as_little = options.reported_rms_to(t.refined.point, close) <= close;
-            if (as_little) {
-                const double nats = own - law_noise(options, t.refined);
-                // What the rows seen want as much, without more columns, those held out do not tell apart.
-                const bool wanted = t.refined.left.seen >= s.best.left.seen + nats &&
-                                    t.refined.point.columns() <= s.best.point.columns();
-                over = beside_law_noise(over, nats);
-                // Nor what the estimate of the laws' own noise decides.
-                if (wanted || std::abs(over.nats) < kLawNoiseOff * std::abs(nats)) over = Better();
-            }
+            const Better over = as_little ? beside_their_noise(model, options, t.refined, own, s.best)
+                                          : better(model, t.refined.left, s.best.left);
             if (!is_listed) found.rivals.push_back({t.name, over});
             // Settled rows are none of a neighbour's: where it has as many columns, those seen count as well.
             const bool both = model.gains() == 0 && !options.one_speed &&
@@ -769,8 +774,11 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
 
 }  // namespace
 
-Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
-                 const SelectOptions& options)
+namespace {
+
+/// Effects beside which another that the rows held out want makes no sense, as it does without them: `doubted`.
+Selection take_all(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
+                   const SelectOptions& options, std::set<std::string>& doubted)
 {
     Selection s;
     s.plain = refine_gains(model, start);
@@ -813,6 +821,10 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             }
             if (!why.empty()) {
                 s.vetoed.push_back({t.name, why});
+                for (const Found& f : s.found)
+                    if (options.veto(without(t.refined.point, f.name)).empty() &&
+                        needed(model, s.best, t.refined, options))
+                        doubted.insert(f.name);
                 continue;
             }
             if (needed(model, s.best, t.refined, options)) taken = &t;
@@ -851,6 +863,11 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
             s.found.push_back({name, {}, n, {}, {}}), s.after.push_back(s.best.point);
         // Without either of two, the other stands.
         s.beside_last.clear();
+        if (taken->candidate.names().size() == 1 &&
+            is_of_another_instant(model, s.before_last, candidates, options,
+                                  kClose * joint(options.reported_rms(s.best.point)), law_noise(options, s.best),
+                                  s.found.size() - 1, s))
+            continue;
         if (taken->candidate.names().size() == 1 && are_alike(s.before_last.point, s.best.point))
             s.beside_last = std::move(tried);
     }
@@ -858,6 +875,27 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     drop_superfluous(model, options, s);
     if (s.found.size() != found || apart_by_sensor(s.before_last.point, candidates)) s.beside_last.clear();
     return s;
+}
+
+}  // namespace
+
+Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
+                 const SelectOptions& options)
+{
+    std::set<std::string> doubted, more;
+    Selection s = take_all(model, start, candidates, options, doubted);
+    if (doubted.empty()) return s;
+    // One that had taken what is of two others hides both: a short, unlike sensors that sample late.
+    std::vector<Candidate> others;
+    for (const Candidate& c : candidates) {
+        const std::vector<std::string> names = c.names();
+        const auto is_doubted = [&](const std::string& n) { return doubted.count(n) > 0; };
+        if (std::none_of(names.begin(), names.end(), is_doubted)) others.push_back(c);
+    }
+    Selection without_it = take_all(model, start, others, options, more);
+    if (!without_it.best.ok || !without_it.fault.empty() || !needed(model, s.best, without_it.best, options)) return s;
+    without_it.alone = std::move(s.alone), without_it.fitted = std::move(s.fitted);
+    return without_it;
 }
 
 }  // namespace dqw

@@ -137,13 +137,16 @@ void a_loss_as_small_as_sampling_is_a_shift()
     const char *loss = "iron_loss", *shift = "sample_shift";
     for (const char* small : {"", loss, shift, "both"}) {
         dqw::SelectOptions options = options_of(model);
+        dqw::Selection s = dqw::select(model, start(), candidates, options);
+        TEST_ASSERT_EQUAL_STRING(loss, s.found[0].name.c_str());
         options.may_be_sampling = [&](const dqw::Point&, const std::string& name) {
             return std::string(small) == "both" || name == small;
         };
-        dqw::Selection s = dqw::select(model, start(), candidates, options);
-        TEST_ASSERT_EQUAL_STRING(loss, s.found[0].name.c_str());
+        // Once all is found, as where it is.
         const bool goes = dqw::look_alikes(model, candidates, options, true, s);
         TEST_ASSERT_EQUAL(std::string(small) == "both", goes);
+        TEST_ASSERT_EQUAL_STRING(goes ? shift : loss,
+                                 dqw::select(model, start(), candidates, options).found[0].name.c_str());
         TEST_ASSERT_FALSE(dqw::look_alikes(model, candidates, options, true, s));
         // The other is listed beside it.
         TEST_ASSERT_EQUAL_size_t(2, s.found.size());
