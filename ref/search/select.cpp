@@ -776,7 +776,19 @@ bool exchange(const Model& model, const std::vector<Candidate>& candidates, cons
 
 namespace {
 
-/// Effects beside which another that the rows held out want makes no sense, as it does without them: `doubted`.
+/// Whether another took more of the predictions' errors, by itself, than what was taken first.
+bool took_more(const Model& model, const Tried& other, const Tried& taken, const Point& start,
+               const SelectOptions& options)
+{
+    constexpr double kMore = 1.5;
+    return other.refined.ok && other.candidate.names().size() == 1 && other.name != taken.name &&
+           other.over.nats > std::max(kMore * taken.over.nats, taken.over.nats + kCompleteNats) &&
+           told(model, other.over, start, other.refined.point, options) &&
+           (!options.veto || options.veto(other.refined.point).empty());
+}
+
+/// `doubted`: effects beside which another that the rows held out want makes no sense, as it does without them; and the
+/// first, where another took more.
 Selection take_all(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                    const SelectOptions& options, std::set<std::string>& doubted)
 {
@@ -856,6 +868,8 @@ Selection take_all(const Model& model, const Point& start, const std::vector<Can
             return s;
         }
         stood = that_stand(model, tried, *taken, options, s.best);
+        const auto is_more = [&](const Tried& t) { return took_more(model, t, *taken, s.best.point, options); };
+        if (n == 0 && std::any_of(tried.begin(), tried.end(), is_more)) doubted.insert(taken->name);
         // What stands behind another may not have been fitted to its end.
         Refined fitted = taken == &tried.front() ? taken->refined : refine(model, taken->refined, kPasses);
         s.before_last = std::exchange(s.best, options.settle ? options.settle(std::move(fitted)) : std::move(fitted));
@@ -885,7 +899,8 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
     std::set<std::string> doubted, more;
     Selection s = take_all(model, start, candidates, options, doubted);
     if (doubted.empty()) return s;
-    // One that had taken what is of two others hides both: a short, unlike sensors that sample late.
+    // One that had taken what is of two others hides both: a short, unlike sensors that sample late; a loss, dead time
+    // beside an angle.
     std::vector<Candidate> others;
     for (const Candidate& c : candidates) {
         const std::vector<std::string> names = c.names();
@@ -893,7 +908,12 @@ Selection select(const Model& model, const Point& start, const std::vector<Candi
         if (std::none_of(names.begin(), names.end(), is_doubted)) others.push_back(c);
     }
     Selection without_it = take_all(model, start, others, options, more);
-    if (!without_it.best.ok || !without_it.fault.empty() || !needed(model, s.best, without_it.best, options)) return s;
+    if (!without_it.best.ok || !without_it.fault.empty()) return s;
+    const bool as_plain = without_it.found.size() < s.found.size() &&
+                          without_it.best.left.heldout >= s.best.left.heldout &&
+                          joint(options.reported_rms(without_it.best.point)) <=
+                              joint(options.reported_rms(s.best.point));
+    if (!as_plain && !needed(model, s.best, without_it.best, options)) return s;
     without_it.alone = std::move(s.alone), without_it.fitted = std::move(s.fitted);
     return without_it;
 }

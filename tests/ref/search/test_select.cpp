@@ -1,6 +1,7 @@
 // Which effects are taken, of a model of which the linear step sees all, or not all.
 #include "ref/search/select.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -21,11 +22,11 @@ constexpr Law kFirst = Law::delay, kSecond = Law::angle_offset;
 
 /// y = 3 + 5 x + 2 z + noise, x the first law's column and z the second's; those of the others are nothing to it. Where
 /// the first law is in, the second's column as a candidate may be hidden: none of it, as far from zero as its own linear
-/// step ends. A third law's may be nearly the first's.
+/// step ends. A third law's may be nearly the first's, a fourth's what both are, and noise.
 class Columns : public dqw::Model {
 public:
-    explicit Columns(bool hides, Law first = kFirst, Law alike = Law::pulses)
-        : hides_(hides), first_(first), alike_(alike)
+    explicit Columns(bool hides, Law first = kFirst, Law alike = Law::pulses, Law both = Law::pulses)
+        : hides_(hides), first_(first), alike_(alike), both_(both)
     {
         std::mt19937 random(7);
         std::normal_distribution<double> normal;
@@ -46,6 +47,7 @@ public:
     {
         constexpr double kNearly = 1e-3;
         if (law == alike_) return column(first_, row) + kNearly * columns_.back()[row];
+        if (law == both_) return 5.0 * column(first_, row) + 2.0 * column(kSecond, row) + columns_.back()[row];
         for (std::size_t n = 0; n < std::size(kLaws); ++n)
             if (kLaws[n] == law) return columns_[n][row];
         return 0.0;
@@ -85,7 +87,7 @@ public:
 
 private:
     bool hides_;
-    Law first_, alike_;
+    Law first_, alike_, both_;
     std::array<std::array<double, kBlocks * kRows>, std::size(kLaws) + 1> columns_{};
     std::array<double, kBlocks * kRows> noise_{};
     std::vector<std::string> names_{"R_ohm"};
@@ -158,12 +160,36 @@ void a_loss_as_small_as_sampling_is_a_shift()
     }
 }
 
+/// A loss that takes most of what two others are, and makes no sense beside either.
+void what_hides_two_others_goes_for_them()
+{
+    const Columns model(false, kFirst, Law::pulses, Law::iron_loss);
+    std::vector<dqw::Candidate> candidates;
+    for (const Law law : {kFirst, kSecond, Law::iron_loss}) candidates.push_back({{{law, {}}}});
+    dqw::SelectOptions options = options_of(model);
+    int refused = 0;
+    options.veto = [&refused](const dqw::Point& at) -> std::string {
+        const auto is_loss = [](const dqw::Term& t) { return t.input.law == Law::iron_loss; };
+        const bool no = at.terms.size() > 1 && std::any_of(at.terms.begin(), at.terms.end(), is_loss);
+        refused += no ? 1 : 0;
+        return no ? "it would not be of one loss" : "";
+    };
+    const dqw::Selection s = dqw::select(model, start(), candidates, options);
+    TEST_ASSERT_TRUE(refused > 0);
+    TEST_ASSERT_EQUAL_size_t(2, s.found.size());
+    TEST_ASSERT_EQUAL_STRING(dqw::name_of(kFirst), s.found[0].name.c_str());
+    TEST_ASSERT_EQUAL_STRING(dqw::name_of(kSecond), s.found[1].name.c_str());
+    // What each would take alone is told of all three.
+    TEST_ASSERT_EQUAL_size_t(3, s.alone.size());
+}
+
 }  // namespace
 
 int main()
 {
     UNITY_BEGIN();
     RUN_TEST(what_stood_before_is_fitted_again);
+    RUN_TEST(what_hides_two_others_goes_for_them);
     RUN_TEST(a_loss_as_small_as_sampling_is_a_shift);
     return UNITY_END();
 }
