@@ -260,7 +260,7 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
         const Fitted f = fit(setup, blocks_of(setup, by), {});
         if (!f.sense) continue;
         Reading r = reading_of(as_is, f, Reading::Kind::rows, by.how);
-        r.previous = by.v_rows == -1;
+        r.rows_before = by.v_rows, r.previous = by.v_rows == -1;
         if (r.part < kClearly && r.t > kSure && (!best || r.part < best->part)) best = r;
     }
     for (const bool stator : {false, true}) {

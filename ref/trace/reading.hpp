@@ -16,6 +16,7 @@ struct Reading {
     double part = 1.0;        ///< of the block residual that the log as it is leaves
     double t = 0.0;           ///< of the stretches' log ratios, (E45)
     double pole_pairs = 0.0;  ///< as they come out, where nobody gave them; else 0
+    int rows_before = 0;      ///< that each voltage is taken from
 };
 
 /// (E122). All signs and exchanges of columns, rows up to three apart, and filters of the currents, each by one least

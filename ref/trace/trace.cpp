@@ -741,9 +741,12 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Finding finding{before,        after, noise.floor, was_exact, below(judge.each(s.best.point), found.exact),
                           !fault.empty()};
     const std::optional<Reading> reading = was_exact ? std::nullopt : other_reading(*setup);
-    // Rows or a frame that are not of one instant have a name, which stands where it leaves noise alone.
-    const bool shifted = std::any_of(s.found.begin(), s.found.end(),
-                                     [](const Found& f) { return f.name == "sample_shift" || f.name == "delay"; });
+    // Rows or a frame that are not of one instant have a name, which stands where it leaves noise alone; two rows or more
+    // between voltage and current are the record's, and no drive's.
+    const bool of_the_record = reading && std::abs(reading->rows_before) > 1;
+    const bool shifted = !of_the_record && std::any_of(s.found.begin(), s.found.end(), [](const Found& f) {
+        return f.name == "sample_shift" || f.name == "delay";
+    });
     const bool read = reading && reads_better(finding, reading->part * before, shifted ? 1 : s.found.size());
     const bool explained = explains(finding);
     std::vector<Found> read_otherwise;
