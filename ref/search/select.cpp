@@ -103,21 +103,6 @@ bool apart_by_sensor(const Point& at, const std::vector<Candidate>& candidates)
                        [&](const Candidate& c) { return has_any(at, c) != has_any_sensor(at, c); });
 }
 
-/// The best of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
-Refined refine_gains(const Model& model, const Point& start)
-{
-    Refined best;
-    if (model.gains() == 0) return refine(model, start, kPasses);
-    // As found, and as a right and a wrong model want it; a pass moves it by up to five, (E48).
-    for (double gain : {0.0, 0.02, 0.3}) {
-        Point at = start;
-        if (gain > 0.0) at.gain.setConstant(gain);
-        Refined r = refine(model, at, kPasses);
-        if (r.ok && (!best.ok || r.left.seen > best.left.seen)) best = std::move(r);
-    }
-    return best;
-}
-
 /// Confirmed, or all that the log had above its noise: what drifts gains in few blocks that lie together, which no t over
 /// blocks calls more than chance.
 bool told(const Model& model, const Better& gain, const Point& without, const Point& with, const SelectOptions& options)
@@ -409,6 +394,20 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
 }
 
 }  // namespace
+
+Refined refine_gains(const Model& model, const Point& start)
+{
+    Refined best;
+    if (model.gains() == 0) return refine(model, start, kPasses);
+    // As found, and as a right and a wrong model want it; a pass moves it by up to five, (E48).
+    for (double gain : {0.0, 0.02, 0.3}) {
+        Point at = start;
+        if (gain > 0.0) at.gain.setConstant(gain);
+        Refined r = refine(model, at, kPasses);
+        if (r.ok && (!best.ok || r.left.seen > best.left.seen)) best = std::move(r);
+    }
+    return best;
+}
 
 Point without(Point at, const std::string& name)
 {

@@ -270,7 +270,8 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
             if (!f.sense) continue;
             const std::string how = "with the currents from before a filter of about " + figure(late) +
                                     (late == 1.0 ? " row" : " rows");
-            const Reading r = reading_of(as_is, f, Reading::Kind::filter, how);
+            Reading r = reading_of(as_is, f, Reading::Kind::filter, how);
+            r.late_rows = late, r.stator = stator;
             if (r.part < kFarLess && r.t > kSure && (!best || r.part < best->part)) best = r;
         }
     }

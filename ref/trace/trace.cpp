@@ -15,6 +15,7 @@
 #include "ref/trace/clue.hpp"
 #include "ref/trace/column_noise.hpp"
 #include "ref/trace/confidence.hpp"
+#include "ref/trace/firmware_filter.hpp"
 #include "ref/trace/flux_map.hpp"
 #include "ref/trace/inverter_loss.hpp"
 #include "ref/trace/noise.hpp"
@@ -710,7 +711,16 @@ std::string doubt_of(const Reading& r)
            " those of the log format?";
 }
 
-TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
+/// A trace of logs as they stand, and what asks whether their currents are filtered.
+struct Traced {
+    TraceResult result;
+    std::optional<Reading> reading;
+    Refined plain, best;  ///< what the search took
+    std::vector<std::string> base_names;
+    double pole_pairs = 0.0;  ///< 0: not known
+};
+
+Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
 {
     const Search found = search(logs, options);
     const std::unique_ptr<TraceSetup>& setup = found.setup;
@@ -830,14 +840,119 @@ TraceResult traced(const std::vector<Log>& logs, const TraceOptions& options)
     result.verdict = verdict_of(!result.effects.empty(), structured, !result.doubt.empty());
     fill_blocks(*setup, judge, plain, last, result);
     if (options.progress) options.progress(1.0);
-    return result;
+    return {std::move(result),         reading,
+            found.selection.plain,     found.selection.best,
+            setup->full->base_names(), setup->pole_pairs_known ? setup->pole_pairs : 0.0};
+}
+
+/// Whether what was named may stand in for a filter of the currents.
+bool is_late(const TraceEffect& e)
+{
+    return e.name == "delay" || e.name == "sample_shift" || (e.name == "sensor_lag" && e.channel == "currents");
+}
+
+/// Log-likelihood of all rows.
+double nats_of(const Refined& r) { return r.left.seen + r.left.heldout; }
+
+/// Of a log whose currents may be filtered, the filter that is likeliest beside the plain machine: that which the reading
+/// shows, or one that leaves more likely currents than what was found.
+std::optional<FilterFit> filter_of(const std::vector<Log>& logs, const Traced& as_is)
+{
+    const Point& start = as_is.plain.point;
+    if (as_is.reading && as_is.reading->kind == Reading::Kind::filter)
+        return fit_filter(logs, as_is.pole_pairs, start, as_is.reading->stator, as_is.reading->late_rows);
+    constexpr double kTried[] = {0.5, 1.0, 2.0, 4.0};
+    FirmwareFilter best;
+    double most = nats_of(as_is.best) + kLeastNats;
+    for (const bool stator : {false, true})
+        for (const double rows : kTried) {
+            const double nats = nats_beside(logs, as_is.pole_pairs, start, {rows, 0.0, stator});
+            if (nats > most) most = nats, best = {rows, 0.0, stator};
+        }
+    return best.rows > 0.0 ? fit_filter(logs, as_is.pole_pairs, start, best.stator, best.rows) : std::nullopt;
+}
+
+/// Effects of a trace but for a shift that each drive's sampling has.
+std::size_t effects_of(const Traced& t)
+{
+    const bool sampling = t.best.ok && may_be_sampling(t.best.point, name_of(Law::sample_shift));
+    return static_cast<std::size_t>(
+        std::count_if(t.result.effects.begin(), t.result.effects.end(),
+                      [&](const TraceEffect& e) { return !sampling || e.name != name_of(Law::sample_shift); }));
+}
+
+/// Of logs whose currents firmware has filtered, the trace of those from before, with the filter as its first effect.
+/// (E197)
+std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const TraceOptions& options, Traced& as_is)
+{
+    const std::vector<std::string>& only = options.effects;
+    const TraceResult& was = as_is.result;
+    if (was.regime != Regime::dynamic || !(as_is.pole_pairs > 0.0) || !as_is.plain.ok || was.verdict == "clean" ||
+        (!only.empty() && std::find(only.begin(), only.end(), name_of(Law::sensor_lag)) == only.end()))
+        return {};
+    const bool named = !was.effects.empty();
+    if (named && std::none_of(was.effects.begin(), was.effects.end(), is_late)) return {};
+    std::optional<FilterFit> filter = filter_of(logs, as_is);
+    if (!filter) return {};
+    Traced before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
+    if (!before.result.effects.empty()) {
+        // What else there is moves the filter's rows.
+        const std::optional<FilterFit> again = fit_filter(logs, as_is.pole_pairs, before.best.point,
+                                                          filter->filter.stator, filter->filter.rows);
+        if (!again) return {};
+        filter = again;
+        before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
+    }
+    // All of it, and as many effects as before or fewer, of which the filter is one.
+    const std::string& verdict = before.result.verdict;
+    if ((verdict != "clean" && verdict != "explained") ||
+        (named && (effects_of(before) + 1 > effects_of(as_is) || !(filter->nats > nats_of(as_is.best) + kLeastNats))))
+        return {};
+    TraceResult out = std::move(before.result);
+    const double dt_s = logs.front().dt_s, floor = out.noise_floor;
+    TraceEffect lag;
+    lag.name = name_of(Law::sensor_lag), lag.channel = "currents";
+    Estimate tau{"tau_s", filter->filter.rows * dt_s, filter->filter.sd * dt_s};
+    for (std::size_t k = out.effects.size(); k-- > 0;) {
+        if (out.effects[k].name != lag.name) continue;
+        // An amplifier's before the firmware's is one lag with it; one of the speed is another.
+        if (out.effects[k].channel != lag.channel) return {};
+        tau.value += out.effects[k].parameters.front().value;
+        tau.sd = std::hypot(tau.sd, out.effects[k].parameters.front().sd);
+        out.effects.erase(out.effects.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    lag.parameters.push_back(tau);
+    lag.heldout_rms_after = out.before.heldout_rms;
+    const double share = was.before.heldout_rms > floor ? share_of(was.before.heldout_rms, out.after.heldout_rms, floor)
+                                                        : 1.0;
+    lag.confidence = confidence_of({lag.name, {}, 0, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, {}, {}}, share);
+    for (Estimate& p : out.after.parameters)
+        for (Eigen::Index j = 0; j < filter->moves.size(); ++j)
+            if (p.name == as_is.base_names[static_cast<std::size_t>(j)]) p.sd = std::hypot(p.sd, filter->moves[j]);
+    for (std::size_t c = 0; c < out.blocks.axes.size(); ++c)
+        out.blocks.axes[c].residual_before = was.blocks.axes[c].residual_before;
+    for (std::size_t c = 0; c < out.blocks.spectra.size() && c < was.blocks.spectra.size(); ++c)
+        out.blocks.spectra[c].before = was.blocks.spectra[c].before,
+        out.blocks.spectra[c].before_at = was.blocks.spectra[c].before_at;
+    out.effects.insert(out.effects.begin(), std::move(lag));
+    out.before = was.before, out.structure = was.structure;
+    if (out.verdict == "clean") out.verdict = "explained";
+    out.rejected.erase(std::remove_if(out.rejected.begin(), out.rejected.end(),
+                                      [](const TraceRejected& r) { return r.name == name_of(Law::sensor_lag); }),
+                       out.rejected.end());
+    out.notes.push_back("sensor lag: the currents' filter is firmware's, y += (i - y)/(1 + n) of the " +
+                        std::string(filter->filter.stator ? "stator's" : "rotor's") + " axes, n = " +
+                        figure(filter->filter.rows) + "; what is told of other effects is of the currents before it");
+    return out;
 }
 
 }  // namespace
 
 TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 {
-    TraceResult result = traced(logs, options);
+    Traced as_is = traced(logs, options);
+    if (std::optional<TraceResult> filtered = behind_filter(logs, options, as_is)) return *std::move(filtered);
+    TraceResult& result = as_is.result;
     return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
 }
 

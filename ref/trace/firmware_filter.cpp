@@ -1,0 +1,115 @@
+#include "ref/trace/firmware_filter.hpp"
+
+#include <cmath>
+#include <complex>
+
+#include "ref/trace/setup.hpp"
+
+namespace dqw {
+namespace {
+
+/// A fit beside a filter of so many rows.
+struct Beside {
+    Refined fit;
+    double rows = 0.0, nats = -HUGE_VAL;
+    std::vector<double> of_block;  ///< its nats
+};
+
+/// `passes`: of one gain; 0: as many as a fit has, of three.
+Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator, double rows,
+              int passes = 0)
+{
+    Beside out;
+    out.rows = rows;
+    const std::vector<Log> before = before_filter(logs, pole_pairs, {rows, 0.0, stator});
+    const std::unique_ptr<TraceSetup> setup = trace_setup(before, {}, Variant::usual, pole_pairs);
+    const Model& model = setup->search();
+    out.fit = passes > 0 ? refine(model, start, passes) : refine_gains(model, start);
+    if (!out.fit.ok) return out;
+    const Left& left = out.fit.left;
+    double n = 0.0;
+    for (const double r : left.rows) n += r;
+    // By so much less the currents as logged scatter.
+    const double by_row = 2.0 * std::log1p(rows);
+    out.of_block.assign(left.rows.size(), 0.0);
+    out.nats = 0.0;
+    for (const auto& axis : left.of) {
+        double square = 0.0;
+        for (const double x : axis) square += x;
+        const double mean = square / n;
+        out.nats -= 0.5 * n * std::log(mean);
+        for (std::size_t b = 0; b < axis.size(); ++b)
+            out.of_block[b] -= 0.5 * (axis[b] / mean + left.rows[b] * std::log(mean));
+    }
+    out.nats += n * by_row;
+    for (std::size_t b = 0; b < left.rows.size(); ++b) out.of_block[b] += left.rows[b] * by_row;
+    return out;
+}
+
+}  // namespace
+
+std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, const FirmwareFilter& filter)
+{
+    using Complex = std::complex<double>;
+    std::vector<Log> out = logs;
+    for (std::size_t l = 0; l < logs.size(); ++l) {
+        const Log& log = logs[l];
+        for (std::size_t s = 0; s < log.segments.size(); ++s) {
+            const std::size_t begin = log.segments[s],
+                              end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
+            for (std::size_t k = begin; k < end && end - begin > 1; ++k) {
+                const std::size_t to = std::max(k, begin + 1), from = to - 1;
+                const Complex now(log.i_d_A[to], log.i_q_A[to]), last(log.i_d_A[from], log.i_q_A[from]);
+                const double w_e = 0.5 * pole_pairs * (log.w_m_rad_s[from] + log.w_m_rad_s[to]);
+                const Complex late = now - (filter.stator ? last * std::polar(1.0, -w_e * log.dt_s) : last);
+                out[l].i_d_A[k] += filter.rows * late.real(), out[l].i_q_A[k] += filter.rows * late.imag();
+            }
+        }
+    }
+    return out;
+}
+
+double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter)
+{
+    constexpr int kFew = 4;
+    return beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew).nats;
+}
+
+std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator,
+                                    double rows)
+{
+    const auto at = [&](double n) { return beside(logs, pole_pairs, start, stator, n); };
+    // Readings are a root of two apart. By golden section, to a hundredth.
+    constexpr double kGolden = 0.6180339887, kReach = 1.6, kClose = 1.01;
+    double low = rows / kReach, high = rows * kReach;
+    const auto between = [&](double part) { return low * std::pow(high / low, part); };
+    Beside a = at(between(1.0 - kGolden)), b = at(between(kGolden));
+    while (high / low > kClose) {
+        if (a.nats > b.nats)
+            high = b.rows, b = std::move(a), a = at(between(1.0 - kGolden));
+        else
+            low = a.rows, a = std::move(b), b = at(between(kGolden));
+    }
+    FilterFit out;
+    out.filter.stator = stator;
+    // A parabola over some hundredths; its width as the blocks' slopes scatter.
+    constexpr double kStep = 0.02;
+    const double n = 0.5 * (low + high), h = kStep * n;
+    const Beside middle = at(n), less = at(n - h), more = at(n + h);
+    if (!middle.fit.ok || !less.fit.ok || !more.fit.ok) return {};
+    const double slope = (more.nats - less.nats) / (2.0 * h),
+                 bend = (2.0 * middle.nats - less.nats - more.nats) / (h * h);
+    if (!(bend > 0.0) || !(std::abs(slope / bend) < kReach * n)) return {};
+    out.filter.rows = n + slope / bend;
+    double square = 0.0;
+    for (std::size_t k = 0; k < middle.of_block.size(); ++k) {
+        const double of_block = (more.of_block[k] - less.of_block[k]) / (2.0 * h);
+        square += of_block * of_block;
+    }
+    out.filter.sd = std::sqrt(square) / bend;
+    out.nats = middle.nats;
+    out.moves = (more.fit.point.base - less.fit.point.base).cwiseAbs() * (out.filter.sd / (2.0 * h));
+    return out;
+}
+
+}  // namespace dqw
