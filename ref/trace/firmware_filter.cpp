@@ -78,9 +78,13 @@ double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point&
 std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator,
                                     double rows)
 {
-    const auto at = [&](double n) { return beside(logs, pole_pairs, start, stator, n); };
-    // Readings are a root of two apart. By golden section, to a hundredth.
-    constexpr double kGolden = 0.6180339887, kReach = 1.6, kClose = 1.01;
+    // From a fit nearby a few passes end another.
+    constexpr int kPasses = 6;
+    const Beside first = beside(logs, pole_pairs, start, stator, rows);
+    if (!first.fit.ok) return {};
+    const auto at = [&](double n) { return beside(logs, pole_pairs, first.fit.point, stator, n, kPasses); };
+    // Readings are a root of two apart. By golden section, to what a parabola does the rest of.
+    constexpr double kGolden = 0.6180339887, kReach = 1.6, kClose = 1.06;
     double low = rows / kReach, high = rows * kReach;
     const auto between = [&](double part) { return low * std::pow(high / low, part); };
     Beside a = at(between(1.0 - kGolden)), b = at(between(kGolden));

@@ -1,0 +1,142 @@
+// Currents that firmware has filtered: the filter is run here, on the simulator's log and on a sequence by hand.
+// Plain only: long, and what it runs others run under the sanitizers.
+#include "ref/trace/firmware_filter.hpp"
+
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include "ref/trace/trace.hpp"
+#include "simulated.hpp"
+#include "unity.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using Complex = std::complex<double>;
+using dqw::Estimate;
+using dqw::Log;
+using dqw::TraceResult;
+
+/// The currents of `l` as y += (i - y)/(1 + rows) of one frame has them, from rest at the first row.
+void filter(Log& l, double rows, bool stator)
+{
+    const double p = l.machine.pole_pairs.value();
+    Complex y(l.i_d_A[0], l.i_q_A[0]);
+    for (std::size_t k = 1; k < l.rows(); ++k) {
+        const double w_e = 0.5 * p * (l.w_m_rad_s[k - 1] + l.w_m_rad_s[k]);
+        if (stator) y *= std::polar(1.0, -w_e * l.dt_s);
+        y += (Complex(l.i_d_A[k], l.i_q_A[k]) - y) / (1.0 + rows);
+        l.i_d_A[k] = y.real(), l.i_q_A[k] = y.imag();
+    }
+}
+
+const Estimate* of(const std::vector<Estimate>& in, const char* name)
+{
+    for (const Estimate& e : in)
+        if (name == e.name) return &e;
+    TEST_FAIL_MESSAGE(name);
+    return nullptr;
+}
+
+/// Within three deviations, or 1 %; deviations below `most_part` of it.
+void is(double truth, double most_part, const std::vector<Estimate>& in, const char* name)
+{
+    const Estimate& e = *of(in, name);
+    TEST_ASSERT_TRUE_MESSAGE(e.sd > 0.0 && e.sd < most_part * truth, (e.name + " " + std::to_string(e.sd)).c_str());
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(std::max(3.0 * e.sd, 0.01 * truth), truth, e.value, name);
+}
+
+void what_was_before_it_comes_back()
+{
+    const Log good = simulated("servo", {"duration_s=0.05"}, Beside::nothing);
+    for (const bool stator : {false, true}) {
+        std::vector<Log> logs{good};
+        filter(logs[0], 2.5, stator);
+        const double p = good.machine.pole_pairs.value();
+        const Log back = dqw::before_filter(logs, p, {2.5, 0.0, stator}).front();
+        for (std::size_t k = 1; k < good.rows(); ++k) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, good.i_d_A[k], back.i_d_A[k]);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, good.i_q_A[k], back.i_q_A[k]);
+        }
+        // The other frame's is none of it.
+        const Log other = dqw::before_filter(logs, p, {2.5, 0.0, !stator}).front();
+        TEST_ASSERT_TRUE(std::abs(other.i_q_A[400] - good.i_q_A[400]) > 0.01);
+    }
+    // Two stretches know nothing of each other.
+    Log two = good;
+    two.segments = {0, 100};
+    const Log apart = dqw::before_filter({two}, 3.0, {2.0, 0.0, false}).front();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, good.i_q_A[100] + 2.0 * (good.i_q_A[101] - good.i_q_A[100]), apart.i_q_A[100]);
+}
+
+/// Half a row to six, of either frame; beside a dead time too.
+void filters_are_named_with_their_time_constant()
+{
+    const struct {
+        double rows;
+        bool stator;
+        bool dead_time;
+    } cases[] = {{0.6, false, false}, {1.0, true, false}, {5.0, false, true}};
+    int seed = 60580;
+    for (const auto& c : cases) {
+        std::vector<std::string> settings{"duration_s=0.5", "seed=" + std::to_string(seed++)};
+        if (c.dead_time) settings.insert(settings.end(), {"nonideal.dead_time_V=4", "nonideal.dead_time_width_A=0.15"});
+        std::vector<Log> logs{simulated("servo", settings, Beside::nothing)};
+        filter(logs[0], c.rows, c.stator);
+        dqw::TraceOptions options;
+        options.effects = {"sensor_lag", "dead_time", "delay", "sample_shift", "iron_loss"};
+        const TraceResult r = dqw::trace(logs, options);
+        const std::string what = std::to_string(c.rows) + (c.dead_time ? " beside dead time" : "");
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("explained", r.verdict.c_str(), what.c_str());
+        TEST_ASSERT_EQUAL_size_t_MESSAGE(c.dead_time ? 2 : 1, r.effects.size(), what.c_str());
+        TEST_ASSERT_EQUAL_STRING("sensor_lag", r.effects[0].name.c_str());
+        TEST_ASSERT_EQUAL_STRING("currents", r.effects[0].channel.c_str());
+        is(c.rows * logs[0].dt_s, 0.02, r.effects[0].parameters, "tau_s");
+        is(0.9, 0.04, r.after.parameters, "R_ohm");
+        is(2.2e-3, 0.02, r.after.parameters, "Ld_H");
+        is(2.8e-3, 0.02, r.after.parameters, "Lq_H");
+        is(0.12, 0.01, r.after.parameters, "psi_Wb");
+        TEST_ASSERT_TRUE(r.after.heldout_rms < 1.3 * r.noise_floor && r.after.heldout_rms > 0.7 * r.noise_floor);
+        TEST_ASSERT_TRUE(r.before.heldout_rms > r.after.heldout_rms);
+    }
+}
+
+/// A mean over seven rows is no such filter, a filter of the continuous kind is one only where it is as slow.
+void what_is_no_such_filter_is_not_named_so()
+{
+    std::vector<Log> logs{simulated("servo", {"duration_s=0.5", "seed=60590"}, Beside::nothing)};
+    const Log good = logs[0];
+    constexpr std::size_t kMean = 7;
+    for (std::size_t k = kMean; k < good.rows(); ++k)
+        for (auto* column : {&logs[0].i_d_A, &logs[0].i_q_A}) {
+            const std::vector<double>& from = column == &logs[0].i_d_A ? good.i_d_A : good.i_q_A;
+            double sum = 0.0;
+            for (std::size_t n = 0; n < kMean; ++n) sum += from[k - n];
+            (*column)[k] = sum / kMean;
+        }
+    dqw::TraceOptions options;
+    options.effects = {"sensor_lag", "dead_time", "delay"};
+    const TraceResult mean = dqw::trace(logs, options);
+    TEST_ASSERT_EQUAL_STRING("unexplained", mean.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(0, mean.effects.size());
+    // Nor is one tried where nobody asks for its name.
+    std::vector<Log> filtered{good};
+    filter(filtered[0], 3.0, false);
+    options.effects = {"dead_time", "delay"};
+    for (const dqw::TraceEffect& e : dqw::trace(filtered, options).effects)
+        TEST_ASSERT_TRUE_MESSAGE(e.name != "sensor_lag", e.name.c_str());
+}
+
+}  // namespace
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(what_was_before_it_comes_back);
+    RUN_TEST(filters_are_named_with_their_time_constant);
+    RUN_TEST(what_is_no_such_filter_is_not_named_so);
+    return UNITY_END();
+}
