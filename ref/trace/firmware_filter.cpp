@@ -46,37 +46,8 @@ Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& star
     return out;
 }
 
-}  // namespace
-
-std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, const FirmwareFilter& filter)
-{
-    using Complex = std::complex<double>;
-    std::vector<Log> out = logs;
-    for (std::size_t l = 0; l < logs.size(); ++l) {
-        const Log& log = logs[l];
-        for (std::size_t s = 0; s < log.segments.size(); ++s) {
-            const std::size_t begin = log.segments[s],
-                              end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
-            for (std::size_t k = begin; k < end && end - begin > 1; ++k) {
-                const std::size_t to = std::max(k, begin + 1), from = to - 1;
-                const Complex now(log.i_d_A[to], log.i_q_A[to]), last(log.i_d_A[from], log.i_q_A[from]);
-                const double w_e = 0.5 * pole_pairs * (log.w_m_rad_s[from] + log.w_m_rad_s[to]);
-                const Complex late = now - (filter.stator ? last * std::polar(1.0, -w_e * log.dt_s) : last);
-                out[l].i_d_A[k] += filter.rows * late.real(), out[l].i_q_A[k] += filter.rows * late.imag();
-            }
-        }
-    }
-    return out;
-}
-
-double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter)
-{
-    constexpr int kFew = 4;
-    return beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew).nats;
-}
-
-std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator,
-                                    double rows)
+std::optional<FilterFit> fit_axes(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator,
+                                  double rows)
 {
     // From a fit nearby a few passes end another.
     constexpr int kPasses = 6;
@@ -110,10 +81,54 @@ std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pa
         const double of_block = (more.of_block[k] - less.of_block[k]) / (2.0 * h);
         square += of_block * of_block;
     }
-    out.filter.sd = std::sqrt(square) / bend;
-    out.nats = middle.nats;
+    // Noise that follows itself from row to row by so much, before the filter, is as one of rho (1 + 2 n) rows more.
+    constexpr double kColour = 0.02;
+    out.filter.sd = std::hypot(std::sqrt(square) / bend, kColour * (1.0 + 2.0 * n));
+    out.nats = middle.nats, out.base = middle.fit.point.base;
     out.moves = (more.fit.point.base - less.fit.point.base).cwiseAbs() * (out.filter.sd / (2.0 * h));
     return out;
+}
+
+}  // namespace
+
+std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, const FirmwareFilter& filter)
+{
+    using Complex = std::complex<double>;
+    std::vector<Log> out = logs;
+    for (std::size_t l = 0; l < logs.size(); ++l) {
+        const Log& log = logs[l];
+        for (std::size_t s = 0; s < log.segments.size(); ++s) {
+            const std::size_t begin = log.segments[s],
+                              end = s + 1 < log.segments.size() ? log.segments[s + 1] : log.rows();
+            for (std::size_t k = begin; k < end && end - begin > 1; ++k) {
+                const std::size_t to = std::max(k, begin + 1), from = to - 1;
+                const Complex now(log.i_d_A[to], log.i_q_A[to]), last(log.i_d_A[from], log.i_q_A[from]);
+                const double w_e = 0.5 * pole_pairs * (log.w_m_rad_s[from] + log.w_m_rad_s[to]);
+                const Complex late = now - (filter.stator ? last * std::polar(1.0, -w_e * log.dt_s) : last);
+                out[l].i_d_A[k] += filter.rows * late.real(), out[l].i_q_A[k] += filter.rows * late.imag();
+            }
+        }
+    }
+    return out;
+}
+
+double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter)
+{
+    constexpr int kFew = 4;
+    return beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew).nats;
+}
+
+std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows)
+{
+    std::optional<FilterFit> rotor = fit_axes(logs, pole_pairs, start, false, rows),
+                             stator = fit_axes(logs, pole_pairs, start, true, rows);
+    if (!rotor || !stator) return rotor ? rotor : stator;
+    if (stator->nats > rotor->nats) std::swap(rotor, stator);
+    if (rotor->nats < stator->nats + kLeastNats) {
+        rotor->filter.sd = std::hypot(rotor->filter.sd, rotor->filter.rows - stator->filter.rows);
+        rotor->moves = (rotor->moves.array().square() + (rotor->base - stator->base).array().square()).sqrt();
+    }
+    return rotor;
 }
 
 }  // namespace dqw

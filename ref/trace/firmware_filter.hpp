@@ -23,6 +23,7 @@ std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, 
 struct FilterFit {
     FirmwareFilter filter;
     double nats = 0.0;      ///< log-likelihood of the currents as logged, of all rows
+    Eigen::VectorXd base;   ///< beside it
     Eigen::VectorXd moves;  ///< of the base, what one deviation of the rows moves it by
 };
 
@@ -31,10 +32,10 @@ struct FilterFit {
 double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter);
 
 /// (E197). The filter that makes the currents as logged likeliest under the machine and effects of `start`, fitted anew
-/// beside it, near `rows`; nothing where they are likeliest without.
-/// Cost  some fifteen fits
-std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator,
-                                    double rows);
+/// beside it, near `rows`, of the axes that make them likelier; nothing where they are likeliest without. Where the axes
+/// make no difference, what they move everything by is in the deviations.
+/// Cost  some twenty fits
+std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows);
 
 }  // namespace dqw
 #endif

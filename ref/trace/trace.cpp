@@ -860,16 +860,15 @@ std::optional<FilterFit> filter_of(const std::vector<Log>& logs, const Traced& a
 {
     const Point& start = as_is.plain.point;
     if (as_is.reading && as_is.reading->kind == Reading::Kind::filter)
-        return fit_filter(logs, as_is.pole_pairs, start, as_is.reading->stator, as_is.reading->late_rows);
+        return fit_filter(logs, as_is.pole_pairs, start, as_is.reading->late_rows);
     constexpr double kTried[] = {0.5, 1.0, 2.0, 4.0};
-    FirmwareFilter best;
-    double most = nats_of(as_is.best) + kLeastNats;
+    double best = 0.0, most = nats_of(as_is.best) + kLeastNats;
     for (const bool stator : {false, true})
         for (const double rows : kTried) {
             const double nats = nats_beside(logs, as_is.pole_pairs, start, {rows, 0.0, stator});
-            if (nats > most) most = nats, best = {rows, 0.0, stator};
+            if (nats > most) most = nats, best = rows;
         }
-    return best.rows > 0.0 ? fit_filter(logs, as_is.pole_pairs, start, best.stator, best.rows) : std::nullopt;
+    return best > 0.0 ? fit_filter(logs, as_is.pole_pairs, start, best) : std::nullopt;
 }
 
 /// Effects of a trace but for a shift that each drive's sampling has.
@@ -898,7 +897,7 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     if (!before.result.effects.empty()) {
         // What else there is moves the filter's rows.
         const std::optional<FilterFit> again = fit_filter(logs, as_is.pole_pairs, before.best.point,
-                                                          filter->filter.stator, filter->filter.rows);
+                                                          filter->filter.rows);
         if (!again) return {};
         filter = again;
         before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
