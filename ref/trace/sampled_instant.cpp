@@ -70,7 +70,7 @@ bool may_be_sampling(const Point& at, const std::string& name)
     constexpr double kSampling_s = 1e-6;
     for (const Term& t : at.terms) {
         if (name != name_of(t.input.law)) continue;
-        const bool shift = t.input.law == Law::sample_shift;
+        const bool shift = t.input.law == Law::sample_shift || filters_currents(t.input);
         if (!shift && t.input.law != Law::iron_loss && t.input.law != Law::turn_short) return false;
         const double L_H = std::max(at.base[ElectricalModel::kLd], at.base[ElectricalModel::kLq]);
         return std::abs(t.weights[0]) * (shift ? 1.0 : L_H) < kSampling_s;

@@ -16,7 +16,7 @@ namespace dqw {
 Refined settle_instant(const TraceSetup& setup, const Model& model, Refined found);
 
 /// Whether an effect of a machine's point is no more than what a converter that takes one current after the other, and
-/// its amplifier, leave of the currents: a shift, or a loss or a short by what it takes of them. (E196)
+/// its amplifier, leave of the currents: a shift or a lag, or a loss or a short by what it takes of them. (E196)
 bool may_be_sampling(const Point& at, const std::string& name);
 
 }  // namespace dqw

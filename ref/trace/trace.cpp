@@ -718,6 +718,7 @@ struct Traced {
     Refined plain, best;  ///< what the search took
     std::vector<std::string> base_names;
     double pole_pairs = 0.0;  ///< 0: not known
+    bool may_filter = true;   ///< else the currents from before a filter have no explanation either
 };
 
 Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
@@ -871,40 +872,57 @@ std::optional<FilterFit> filter_of(const std::vector<Log>& logs, const Traced& a
     return best > 0.0 ? fit_filter(logs, as_is.pole_pairs, start, best) : std::nullopt;
 }
 
-/// Effects of a trace but for a shift that each drive's sampling has.
+/// Effects of a trace but for what each drive's sampling has.
 std::size_t effects_of(const Traced& t)
 {
-    const bool sampling = t.best.ok && may_be_sampling(t.best.point, name_of(Law::sample_shift));
-    return static_cast<std::size_t>(
-        std::count_if(t.result.effects.begin(), t.result.effects.end(),
-                      [&](const TraceEffect& e) { return !sampling || e.name != name_of(Law::sample_shift); }));
+    const auto counts = [&t](const TraceEffect& e) {
+        const bool late = e.name == name_of(Law::sample_shift) || e.name == name_of(Law::sensor_lag);
+        return !late || !may_be_sampling(t.best.point, e.name);
+    };
+    return static_cast<std::size_t>(std::count_if(t.result.effects.begin(), t.result.effects.end(), counts));
+}
+
+/// Whether a reading of the logs as they stand says so.
+bool may_be_filtered(const std::vector<Log>& logs, const TraceOptions& options)
+{
+    if (logs.front().regime != Regime::dynamic) return false;
+    const std::unique_ptr<TraceSetup> setup = trace_setup(logs, {name_of(Law::coulomb_friction)}, Variant::usual,
+                                                          options.pole_pairs);
+    const std::optional<Reading> reading = other_reading(*setup);
+    return reading && reading->kind == Reading::Kind::filter;
 }
 
 /// Of logs whose currents firmware has filtered, the trace of those from before, with the filter as its first effect.
-/// (E197)
-std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const TraceOptions& options, Traced& as_is)
+/// (E197). `quick`: where the reading says so, and nothing else is found.
+std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const TraceOptions& options, Traced& as_is,
+                                         bool quick)
 {
     const std::vector<std::string>& only = options.effects;
     const TraceResult& was = as_is.result;
     if (was.regime != Regime::dynamic || !(as_is.pole_pairs > 0.0) || !as_is.plain.ok || was.verdict == "clean" ||
         (!only.empty() && std::find(only.begin(), only.end(), name_of(Law::sensor_lag)) == only.end()))
         return {};
-    const bool named = !was.effects.empty();
+    const bool named = !was.effects.empty(), asked = as_is.reading && as_is.reading->kind == Reading::Kind::filter;
+    if (quick && !asked) return {};
     if (named && std::none_of(was.effects.begin(), was.effects.end(), is_late)) return {};
     std::optional<FilterFit> filter = filter_of(logs, as_is);
     if (!filter) return {};
     Traced before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
-    if (!before.result.effects.empty()) {
+    const auto is_explained = [&before] {
+        return before.result.verdict == "clean" || before.result.verdict == "explained";
+    };
+    as_is.may_filter = is_explained();
+    if (quick && (!is_explained() || effects_of(before) > 0)) return {};
+    if (effects_of(before) > 0) {
         // What else there is moves the filter's rows.
-        const std::optional<FilterFit> again = fit_filter(logs, as_is.pole_pairs, before.best.point,
-                                                          filter->filter.rows);
-        if (!again) return {};
-        filter = again;
-        before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
+        const FirmwareFilter first = filter->filter;
+        filter = fit_filter(logs, as_is.pole_pairs, before.best.point, first.rows);
+        if (!filter) return {};
+        if (filter->filter.stator != first.stator || std::abs(filter->filter.rows - first.rows) > filter->filter.sd)
+            before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
     }
     // All of it, and as many effects as before or fewer, of which the filter is one.
-    const std::string& verdict = before.result.verdict;
-    if ((verdict != "clean" && verdict != "explained") ||
+    if (!is_explained() ||
         (named && (effects_of(before) + 1 > effects_of(as_is) || !(filter->nats > nats_of(as_is.best) + kLeastNats))))
         return {};
     TraceResult out = std::move(before.result);
@@ -940,8 +958,9 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
                                       [](const TraceRejected& r) { return r.name == name_of(Law::sensor_lag); }),
                        out.rejected.end());
     out.notes.push_back("sensor lag: the currents' filter is firmware's, y += (i - y)/(1 + n) of the " +
-                        std::string(filter->filter.stator ? "stator's" : "rotor's") + " axes, n = " +
-                        figure(filter->filter.rows) + "; what is told of other effects is of the currents before it");
+                        std::string(filter->filter.stator ? "stator's" : "rotor's") +
+                        " axes, n = " + figure(filter->filter.rows) +
+                        "; what is told of other effects, and of what is left, is of the currents before it");
     return out;
 }
 
@@ -949,8 +968,21 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
 
 TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 {
+    // A search for effects beside filtered currents is long, and finds none: where the plain machine's reading says
+    // that they are, those from before are traced first.
+    bool may_filter = true;
+    if (may_be_filtered(logs, options)) {
+        TraceOptions without = options;
+        without.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
+        Traced plain = traced(logs, without);
+        if (std::optional<TraceResult> filtered = behind_filter(logs, options, plain, true))
+            return *std::move(filtered);
+        may_filter = plain.may_filter;
+    }
     Traced as_is = traced(logs, options);
-    if (std::optional<TraceResult> filtered = behind_filter(logs, options, as_is)) return *std::move(filtered);
+    std::optional<TraceResult> filtered;
+    if (may_filter) filtered = behind_filter(logs, options, as_is, false);
+    if (filtered) return *std::move(filtered);
     TraceResult& result = as_is.result;
     return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
 }

@@ -26,6 +26,8 @@ void a_microsecond_of_the_currents()
     const auto is = [](Law law, double weight) { return dqw::may_be_sampling(with(law, weight), dqw::name_of(law)); };
     TEST_ASSERT_TRUE(is(Law::sample_shift, -0.99e-6));
     TEST_ASSERT_FALSE(is(Law::sample_shift, 1.01e-6));
+    TEST_ASSERT_TRUE(is(Law::sensor_lag, 0.99e-6));
+    TEST_ASSERT_FALSE(is(Law::sensor_lag, 1.01e-6));
     for (const Law law : {Law::iron_loss, Law::turn_short}) {
         TEST_ASSERT_TRUE(is(law, 0.99e-6 / 17e-6));
         TEST_ASSERT_FALSE(is(law, 1.01e-6 / 17e-6));
