@@ -395,15 +395,15 @@ std::vector<Tried> round(const Model& model, const Refined& base, const std::vec
 
 }  // namespace
 
-Refined refine_gains(const Model& model, const Point& start)
+Refined refine_gains(const Model& model, const Point& start, int passes)
 {
     Refined best;
-    if (model.gains() == 0) return refine(model, start, kPasses);
+    if (model.gains() == 0) return refine(model, start, passes);
     // As found, and as a right and a wrong model want it; a pass moves it by up to five, (E48).
     for (double gain : {0.0, 0.02, 0.3}) {
         Point at = start;
         if (gain > 0.0) at.gain.setConstant(gain);
-        Refined r = refine(model, at, kPasses);
+        Refined r = refine(model, at, passes);
         if (r.ok && (!best.ok || r.left.seen > best.left.seen)) best = std::move(r);
     }
     return best;
@@ -792,7 +792,7 @@ Selection take_all(const Model& model, const Point& start, const std::vector<Can
                    const SelectOptions& options, std::set<std::string>& doubted)
 {
     Selection s;
-    s.plain = refine_gains(model, start);
+    s.plain = refine_gains(model, start, kPasses);
     if (!s.plain.ok) return s;
     s.best = s.plain;
     // An end to the search, beyond the effects that any log had. (E48)

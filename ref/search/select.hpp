@@ -117,8 +117,9 @@ struct Selection {
 bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
                  bool exchanges, Selection& selection);
 
-/// The best fit of several gains: a wrong model wants a large one, a right one a small one, and each has its own valley.
-Refined refine_gains(const Model& model, const Point& start);
+/// The best fit of several gains, each of so many passes: a wrong model wants a large one, a right one a small one, and
+/// each has its own valley.
+Refined refine_gains(const Model& model, const Point& start, int passes);
 
 Selection select(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
                  const SelectOptions& options);

@@ -15,16 +15,16 @@ struct Beside {
     std::vector<double> of_block;  ///< its nats
 };
 
-/// `passes`: of one gain; 0: as many as a fit has, of three.
-Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator, double rows,
-              int passes = 0)
+/// `gains`: whether others than that of the start are tried.
+Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator, double rows, int passes,
+              bool gains)
 {
     Beside out;
     out.rows = rows;
     const std::vector<Log> before = before_filter(logs, pole_pairs, {rows, 0.0, stator});
     const std::unique_ptr<TraceSetup> setup = trace_setup(before, {}, Variant::usual, pole_pairs);
     const Model& model = setup->search();
-    out.fit = passes > 0 ? refine(model, start, passes) : refine_gains(model, start);
+    out.fit = gains ? refine_gains(model, start, passes) : refine(model, start, passes);
     if (!out.fit.ok) return out;
     const Left& left = out.fit.left;
     double n = 0.0;
@@ -50,10 +50,10 @@ std::optional<FilterFit> fit_axes(const std::vector<Log>& logs, double pole_pair
                                   double rows)
 {
     // From a fit nearby a few passes end another.
-    constexpr int kPasses = 6;
-    const Beside first = beside(logs, pole_pairs, start, stator, rows);
+    constexpr int kWhole = 12, kPasses = 6;
+    const Beside first = beside(logs, pole_pairs, start, stator, rows, kWhole, true);
     if (!first.fit.ok) return {};
-    const auto at = [&](double n) { return beside(logs, pole_pairs, first.fit.point, stator, n, kPasses); };
+    const auto at = [&](double n) { return beside(logs, pole_pairs, first.fit.point, stator, n, kPasses, false); };
     // Readings are a root of two apart. By golden section, to what a parabola does the rest of.
     constexpr double kGolden = 0.6180339887, kReach = 1.6, kClose = 1.06;
     double low = rows / kReach, high = rows * kReach;
@@ -115,7 +115,7 @@ std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, 
 double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter)
 {
     constexpr int kFew = 4;
-    return beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew).nats;
+    return beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew, true).nats;
 }
 
 std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows)

@@ -882,14 +882,15 @@ std::size_t effects_of(const Traced& t)
     return static_cast<std::size_t>(std::count_if(t.result.effects.begin(), t.result.effects.end(), counts));
 }
 
-/// Whether a reading of the logs as they stand says so.
+/// Whether a reading of the logs as they stand says so, by more rows than an effect is late.
 bool may_be_filtered(const std::vector<Log>& logs, const TraceOptions& options)
 {
     if (logs.front().regime != Regime::dynamic) return false;
     const std::unique_ptr<TraceSetup> setup = trace_setup(logs, {name_of(Law::coulomb_friction)}, Variant::usual,
                                                           options.pole_pairs);
     const std::optional<Reading> reading = other_reading(*setup);
-    return reading && reading->kind == Reading::Kind::filter;
+    constexpr double kNoShift = 2.5;  // rows; by less a shift or a delay may be what it is
+    return reading && reading->kind == Reading::Kind::filter && reading->late_rows > kNoShift;
 }
 
 /// Of logs whose currents firmware has filtered, the trace of those from before, with the filter as its first effect.
@@ -904,7 +905,11 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
         return {};
     const bool named = !was.effects.empty(), asked = as_is.reading && as_is.reading->kind == Reading::Kind::filter;
     if (quick && !asked) return {};
-    if (named && std::none_of(was.effects.begin(), was.effects.end(), is_late)) return {};
+    // A name that is late stands where it leaves noise: a filter's own is in single rows, and not in blocks.
+    constexpr double kFiltered = 0.7;
+    if (named && (std::none_of(was.effects.begin(), was.effects.end(), is_late) ||
+                  !(was.after.heldout_rms < kFiltered * was.noise_floor)))
+        return {};
     std::optional<FilterFit> filter = filter_of(logs, as_is);
     if (!filter) return {};
     Traced before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
