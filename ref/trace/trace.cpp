@@ -905,11 +905,10 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
         return {};
     const bool named = !was.effects.empty(), asked = as_is.reading && as_is.reading->kind == Reading::Kind::filter;
     if (quick && !asked) return {};
-    // A name that is late stands where it leaves noise: a filter's own is in single rows, and not in blocks.
+    // A name that is late stands alone where it leaves noise: a filter's own is in single rows, and not in blocks.
     constexpr double kFiltered = 0.7;
-    if (named && (std::none_of(was.effects.begin(), was.effects.end(), is_late) ||
-                  !(was.after.heldout_rms < kFiltered * was.noise_floor)))
-        return {};
+    const auto late = std::count_if(was.effects.begin(), was.effects.end(), is_late);
+    if (named && late < 2 && (late == 0 || !(was.after.heldout_rms < kFiltered * was.noise_floor))) return {};
     std::optional<FilterFit> filter = filter_of(logs, as_is);
     if (!filter) return {};
     Traced before = traced(before_filter(logs, as_is.pole_pairs, filter->filter), options);
