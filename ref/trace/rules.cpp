@@ -1,6 +1,7 @@
 #include "ref/trace/rules.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace dqw {
 namespace {
@@ -29,6 +30,11 @@ double share_of(double before, double after, double floor)
 {
     const double most = excess(before, floor);
     return most > 0.0 ? 1.0 - excess(after, floor) / most : 0.0;
+}
+
+double part_of_rest(double before, double after, double floor)
+{
+    return before > floor ? share_of(before, after, floor) : 1.0;
 }
 
 bool completes(double before, double after, double floor)
@@ -65,6 +71,11 @@ bool reads_better(const Finding& f, double read, std::size_t effects)
     constexpr double kClearlyLess = 0.8;
     return (effects > 1 && read <= kGrown * f.after) ||
            (above(f.after, f.floor, f.after_exact) && read < kClearlyLess * f.after);
+}
+
+std::size_t against_reading(std::size_t found, bool shifted, int rows_before)
+{
+    return shifted && std::abs(rows_before) < 2 ? 1 : found;
 }
 
 bool turns_with_rotor(double t, std::size_t here, std::size_t there, bool noise)

@@ -28,6 +28,10 @@ bool explains(const Finding& f);
 /// Part of what is above the noise that is gone; below 0 where there is more.
 double share_of(double before, double after, double floor);
 
+/// The same for a name's confidence: where the plain model leaves less than single rows' noise, which a filter makes,
+/// nothing is left above it, and all is explained.
+double part_of_rest(double before, double after, double floor);
+
 /// Does an effect take nearly all that is above the noise, where that is more than noise?
 bool completes(double before, double after, double floor);
 
@@ -54,6 +58,11 @@ bool is_idle(double without, double floor, std::size_t alike);
 /// explain? One that has no weight and leaves as little as two do; or clearly less than what effects leave above the
 /// noise.
 bool reads_better(const Finding& f, double read, std::size_t effects);
+
+/// How many of the effects found a reading is held against; `shifted`: one of them is of another instant. Rows or a frame
+/// that are not of one instant have a name, which stands where it leaves noise alone; two rows or more between voltage
+/// and current are the record's, and no drive's.
+std::size_t against_reading(std::size_t found, bool shifted, int rows_before);
 
 /// Does a voltage held in the rotor's frame stand before one held in the stator's? `t`: by how much it predicts better;
 /// `here`, `there`: effects that the stator's and the rotor's need; `noise`: what the stator's leaves is noise. An

@@ -132,6 +132,25 @@ static void what_is_left_is_structured_or_noise(void)
     for (const auto& row : table) TEST_ASSERT_EQUAL_INT_MESSAGE(row.structured, dqw::is_structured(row.rest), row.what);
 }
 
+static void rows_of_the_record_are_held_against_all_that_was_found(void)
+{
+    // A shift of up to a row has a name, and stands as one whatever was found beside it.
+    for (const int rows : {-1, 0, 1}) TEST_ASSERT_EQUAL_size_t(1, dqw::against_reading(3, true, rows));
+    for (const int rows : {-3, -2, 2, 3}) TEST_ASSERT_EQUAL_size_t(3, dqw::against_reading(3, true, rows));
+    TEST_ASSERT_EQUAL_size_t(3, dqw::against_reading(3, false, 1));
+    // What that makes of a reading that leaves as much as they do.
+    const dqw::Finding is{1.0, 0.1, 0.1, false, false, false};
+    TEST_ASSERT_TRUE(dqw::reads_better(is, 0.1, dqw::against_reading(2, true, 2)));
+    TEST_ASSERT_FALSE(dqw::reads_better(is, 0.1, dqw::against_reading(2, true, 1)));
+}
+
+static void nothing_above_the_noise_is_explained_whole(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, dqw::share_of(1.0, 0.5, 0.1), dqw::part_of_rest(1.0, 0.5, 0.1));
+    TEST_ASSERT_TRUE(dqw::part_of_rest(1.0, 0.5, 0.1) < 0.8);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, dqw::part_of_rest(0.09, 0.05, 0.1));
+}
+
 static void verdicts_are_four(void)
 {
     const char* const words[] = {"clean",     "unexplained", "unexplained",      "unexplained",
@@ -151,6 +170,8 @@ int main(void)
     RUN_TEST(what_leaves_next_to_nothing_completes);
     RUN_TEST(another_frame_is_better_or_plainer_and_needs_no_effect_more);
     RUN_TEST(what_is_left_is_structured_or_noise);
+    RUN_TEST(rows_of_the_record_are_held_against_all_that_was_found);
+    RUN_TEST(nothing_above_the_noise_is_explained_whole);
     RUN_TEST(verdicts_are_four);
     return UNITY_END();
 }

@@ -1,0 +1,33 @@
+// The trace of a log whose currents firmware may have filtered: as it stands, or from before the filter. (E197)
+#ifndef DQW_REF_TRACE_BEHIND_FILTER_HPP
+#define DQW_REF_TRACE_BEHIND_FILTER_HPP
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ref/search/solve.hpp"
+#include "ref/trace/reading.hpp"
+#include "ref/trace/trace.hpp"
+
+namespace dqw {
+
+/// A trace of logs as they stand, and what asks whether their currents are filtered.
+struct Traced {
+    TraceResult result;
+    std::optional<Reading> reading;
+    Refined plain, best;  ///< what the search took
+    std::vector<std::string> base_names;
+    double pole_pairs = 0.0;  ///< 0: not known
+    bool may_filter = true;   ///< else the currents from before a filter have no explanation either
+};
+
+using TraceOf = std::function<Traced(const std::vector<Log>&, const TraceOptions&)>;
+
+/// What `trace_of` says of the logs, or, where their currents passed a firmware's filter, of those from before it, with
+/// the filter as its first effect.
+TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of);
+
+}  // namespace dqw
+#endif
