@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 
 #include "ref/fit/explain.hpp"
 #include "ref/trace/confidence.hpp"
@@ -18,24 +20,32 @@ bool is_late(const TraceEffect& e)
     return e.name == "delay" || e.name == "sample_shift" || (e.name == "sensor_lag" && e.channel == "currents");
 }
 
-/// Log-likelihood of all rows.
-double nats_of(const Refined& r) { return r.left.seen + r.left.heldout; }
+double rows_of(const Refined& r) { return std::accumulate(r.left.rows.begin(), r.left.rows.end(), 0.0); }
 
-/// Of a log whose currents may be filtered, the filter that is likeliest beside the plain machine: that which the reading
-/// shows, or one that leaves more likely currents than what was found.
-std::optional<FilterFit> filter_of(const std::vector<Log>& logs, const Traced& as_is)
+/// Log-likelihood of a row, the mean: a long log's is that of a part of its rows.
+double nats_each(const Refined& r) { return (r.left.seen + r.left.heldout) / rows_of(r); }
+
+/// Nats of a row by which a filter has to be likelier than what was found, and than the plain machine where nothing
+/// else is known: of what is left on both axes the square a third less.
+double likelier(const Refined& r) { return nats_each(r) + kLeastNats / rows_of(r); }
+double far_likelier(const Refined& plain)
 {
-    const Point& start = as_is.plain.point;
-    if (as_is.reading && as_is.reading->kind == Reading::Kind::filter)
-        return fit_filter(logs, as_is.pole_pairs, start, as_is.reading->late_rows);
-    constexpr double kTried[] = {0.5, 1.0, 2.0, 4.0};
-    double best = 0.0, most = nats_of(as_is.best) + kLeastNats;
+    constexpr double kEach = 0.4;
+    return nats_each(plain) + kEach;
+}
+
+/// Late rows of the filter that makes the currents as logged likeliest beside the plain machine, of some; 0 where none
+/// makes them likelier than `most`.
+double likeliest_rows(const std::vector<Log>& logs, double pole_pairs, const Point& plain, double most)
+{
+    constexpr double kTried[] = {0.5, 1.0, 2.0, 4.0, 8.0};
+    double best = 0.0;
     for (const bool stator : {false, true})
         for (const double rows : kTried) {
-            const double nats = nats_beside(logs, as_is.pole_pairs, start, {rows, 0.0, stator});
+            const double nats = nats_each_beside(logs, pole_pairs, plain, {rows, 0.0, stator});
             if (nats > most) most = nats, best = rows;
         }
-    return best > 0.0 ? fit_filter(logs, as_is.pole_pairs, start, best) : std::nullopt;
+    return best;
 }
 
 /// Effects of a trace but for what each drive's sampling has.
@@ -48,20 +58,54 @@ std::size_t effects_of(const Traced& t)
     return static_cast<std::size_t>(std::count_if(t.result.effects.begin(), t.result.effects.end(), counts));
 }
 
-/// Whether a reading of the logs as they stand says so, by more rows than an effect is late.
+TraceOptions without_effects(TraceOptions options)
+{
+    options.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
+    return options;
+}
+
+/// Whether the plain machine alone makes the currents from before some filter far likelier than those as logged.
 bool may_be_filtered(const std::vector<Log>& logs, const TraceOptions& options)
 {
     const std::unique_ptr<TraceSetup> setup = trace_setup(logs, {name_of(Law::coulomb_friction)}, Variant::usual,
                                                           options.pole_pairs);
-    const std::optional<Reading> reading = other_reading(*setup);
-    constexpr double kNoShift = 2.5;  // rows; by less a shift or a delay may be what it is
-    return reading && reading->kind == Reading::Kind::filter && reading->late_rows > kNoShift;
+    if (!setup->pole_pairs_known) return false;
+    constexpr int kPasses = 12;
+    const Refined plain = refine_gains(setup->search(), setup->starts.front(), kPasses);
+    return plain.ok && likeliest_rows(logs, setup->pole_pairs, plain.point, far_likelier(plain)) > 0.0;
+}
+
+/// Whether all that is late and all that iron or a short takes of the currents together make a row of them `nats`
+/// likely: where they do not, no name or two of these does.
+bool is_late_as_well(const std::vector<Log>& logs, double pole_pairs, const Point& plain, double nats)
+{
+    std::vector<std::string> names;
+    for (const Law law : {Law::delay, Law::sample_shift, Law::sensor_lag, Law::iron_loss, Law::turn_short})
+        names.emplace_back(name_of(law));
+    const std::unique_ptr<TraceSetup> setup = trace_setup(logs, names, Variant::usual, pole_pairs);
+    const Model& model = setup->search();
+    constexpr int kPasses = 6;
+    Refined best = swept_seen(model, plain);
+    const Candidate* taken = nullptr;
+    for (const Candidate& c : setup->candidates) {
+        Point one = plain;
+        for (const Input& i : c.inputs) one.terms.push_back({i, {}});
+        Refined r = refine_gains(model, one, kPasses);
+        if (r.ok && nats_each(r) > nats) return true;
+        if (r.ok && r.left.seen > best.left.seen) best = std::move(r), taken = &c;
+    }
+    Point all = best.point;
+    for (const Candidate& c : setup->candidates)
+        for (const Input& i : c.inputs)
+            if (&c != taken) all.terms.push_back({i, {}});
+    const Refined r = refine(model, all, 2 * kPasses);
+    return !r.ok || nats_each(r) > nats;
 }
 
 /// Of logs whose currents firmware has filtered, the trace of those from before, with the filter as its first effect.
 /// `alone`: where nothing else is found.
 std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const TraceOptions& options,
-                                         const TraceOf& trace_of, Traced& as_is, bool alone)
+                                         const TraceOf& trace_of, const Traced& as_is, bool alone)
 {
     const TraceResult& was = as_is.result;
     if (!(as_is.pole_pairs > 0.0) || !as_is.plain.ok || was.verdict == "clean") return {};
@@ -70,25 +114,35 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     constexpr double kFiltered = 0.7;
     const auto late = std::count_if(was.effects.begin(), was.effects.end(), is_late);
     if (named && late < 2 && (late == 0 || !(was.after.heldout_rms < kFiltered * was.noise_floor))) return {};
-    std::optional<FilterFit> filter = filter_of(logs, as_is);
+    double most = likelier(as_is.best);
+    if (!named) most = std::min(most, far_likelier(as_is.plain));
+    const double rows = likeliest_rows(logs, as_is.pole_pairs, as_is.plain.point, most);
+    std::optional<FilterFit> filter;
+    if (rows > 0.0) filter = fit_filter(logs, as_is.pole_pairs, as_is.plain.point, rows);
     if (!filter) return {};
-    Traced before = trace_of(before_filter(logs, as_is.pole_pairs, filter->filter), options);
+    const auto before_it = [&](const TraceOptions& by) {
+        return trace_of(before_filter(logs, as_is.pole_pairs, filter->filter), by);
+    };
+    if (alone &&
+        (before_it(without_effects(options)).result.verdict != "clean" ||
+         is_late_as_well(logs, as_is.pole_pairs, as_is.plain.point, filter->nats_each - kLeastNats / filter->rows)))
+        return {};
+    Traced before = before_it(options);
     const auto is_explained = [&before] {
         return before.result.verdict == "clean" || before.result.verdict == "explained";
     };
-    as_is.may_filter = is_explained();
-    if (alone && (!is_explained() || effects_of(before) > 0)) return {};
+    if (alone && effects_of(before) > 0) return {};
     if (effects_of(before) > 0) {
         // What else there is moves the filter's rows.
         const FirmwareFilter first = filter->filter;
         filter = fit_filter(logs, as_is.pole_pairs, before.best.point, first.rows);
         if (!filter) return {};
         if (filter->filter.stator != first.stator || std::abs(filter->filter.rows - first.rows) > filter->filter.sd)
-            before = trace_of(before_filter(logs, as_is.pole_pairs, filter->filter), options);
+            before = before_it(options);
     }
     // All of it, and as many effects as before or fewer, of which the filter is one.
     if (!is_explained() ||
-        (named && (effects_of(before) + 1 > effects_of(as_is) || !(filter->nats > nats_of(as_is.best) + kLeastNats))))
+        (named && (effects_of(before) + 1 > effects_of(as_is) || !(filter->nats_each > likelier(as_is.best)))))
         return {};
     TraceResult out = std::move(before.result);
     const double dt_s = logs.front().dt_s;
@@ -134,20 +188,15 @@ TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions
 {
     const std::vector<std::string>& only = options.effects;
     const bool asked = only.empty() || std::find(only.begin(), only.end(), name_of(Law::sensor_lag)) != only.end();
-    bool may_filter = asked && logs.front().regime == Regime::dynamic;
-    // A search for effects beside filtered currents is long, and finds none: where the plain machine's reading says
-    // that they are, those from before are traced first.
-    if (may_filter && may_be_filtered(logs, options)) {
-        TraceOptions without = options;
-        without.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
-        Traced plain = trace_of(logs, without);
+    if (!asked || logs.front().regime != Regime::dynamic) return trace_of(logs, options).result;
+    // A search for effects beside filtered currents is long, and finds none.
+    if (may_be_filtered(logs, options)) {
+        Traced plain = trace_of(logs, without_effects(options));
         if (std::optional<TraceResult> filtered = behind_filter(logs, options, trace_of, plain, true))
             return *std::move(filtered);
-        may_filter = plain.may_filter;
     }
     Traced as_is = trace_of(logs, options);
-    std::optional<TraceResult> filtered;
-    if (may_filter) filtered = behind_filter(logs, options, trace_of, as_is, false);
+    std::optional<TraceResult> filtered = behind_filter(logs, options, trace_of, as_is, false);
     return filtered ? *std::move(filtered) : std::move(as_is.result);
 }
 

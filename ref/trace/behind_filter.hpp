@@ -3,12 +3,10 @@
 #define DQW_REF_TRACE_BEHIND_FILTER_HPP
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "ref/search/solve.hpp"
-#include "ref/trace/reading.hpp"
 #include "ref/trace/trace.hpp"
 
 namespace dqw {
@@ -16,11 +14,9 @@ namespace dqw {
 /// A trace of logs as they stand, and what asks whether their currents are filtered.
 struct Traced {
     TraceResult result;
-    std::optional<Reading> reading;
     Refined plain, best;  ///< what the search took
     std::vector<std::string> base_names;
     double pole_pairs = 0.0;  ///< 0: not known
-    bool may_filter = true;   ///< else the currents from before a filter have no explanation either
 };
 
 using TraceOf = std::function<Traced(const std::vector<Log>&, const TraceOptions&)>;

@@ -11,26 +11,28 @@ namespace {
 /// A fit beside a filter of so many rows.
 struct Beside {
     Refined fit;
-    double rows = 0.0, nats = -HUGE_VAL;
+    double late = 0.0, rows = 0.0;  ///< rows of the filter; rows judged
+    double nats = -HUGE_VAL;
     std::vector<double> of_block;  ///< its nats
+    double each() const { return nats / rows; }
 };
 
 /// `gains`: whether others than that of the start are tried.
-Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator, double rows, int passes,
+Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator, double late, int passes,
               bool gains)
 {
     Beside out;
-    out.rows = rows;
-    const std::vector<Log> before = before_filter(logs, pole_pairs, {rows, 0.0, stator});
+    out.late = late;
+    const std::vector<Log> before = before_filter(logs, pole_pairs, {late, 0.0, stator});
     const std::unique_ptr<TraceSetup> setup = trace_setup(before, {}, Variant::usual, pole_pairs);
     const Model& model = setup->search();
     out.fit = gains ? refine_gains(model, start, passes) : refine(model, start, passes);
-    if (!out.fit.ok) return out;
     const Left& left = out.fit.left;
-    double n = 0.0;
-    for (const double r : left.rows) n += r;
+    for (const double r : left.rows) out.rows += r;
+    if (!out.fit.ok || !(out.rows > 0.0)) return out;
+    const double n = out.rows;
     // By so much less the currents as logged scatter.
-    const double by_row = 2.0 * std::log1p(rows);
+    const double by_row = 2.0 * std::log1p(late);
     out.of_block.assign(left.rows.size(), 0.0);
     out.nats = 0.0;
     for (const auto& axis : left.of) {
@@ -49,42 +51,46 @@ Beside beside(const std::vector<Log>& logs, double pole_pairs, const Point& star
 std::optional<FilterFit> fit_axes(const std::vector<Log>& logs, double pole_pairs, const Point& start, bool stator,
                                   double rows)
 {
-    // From a fit nearby a few passes end another.
-    constexpr int kWhole = 12, kPasses = 6;
-    const Beside first = beside(logs, pole_pairs, start, stator, rows, kWhole, true);
+    constexpr int kPasses = 12;
+    const Beside first = beside(logs, pole_pairs, start, stator, rows, kPasses, true);
     if (!first.fit.ok) return {};
-    const auto at = [&](double n) { return beside(logs, pole_pairs, first.fit.point, stator, n, kPasses, false); };
-    // Readings are a root of two apart. By golden section, to what a parabola does the rest of.
-    constexpr double kGolden = 0.6180339887, kReach = 1.6, kClose = 1.06;
-    double low = rows / kReach, high = rows * kReach;
+    const auto at = [&](double n, bool gains = false) {
+        return beside(logs, pole_pairs, first.fit.point, stator, n, kPasses, gains);
+    };
+    // Readings are a root of two apart. By golden section, to where a parabola does the rest: some hundredths, or less
+    // where hardly any noise makes the likelihood steep, of another gain on either side.
+    constexpr double kGolden = 0.6180339887, kReach = 1.6, kClose = 1.06, kClosest = 1.0001, kSteep = 20.0;
+    double low = rows / kReach, high = rows * kReach, of_low = -HUGE_VAL, of_high = -HUGE_VAL;
     const auto between = [&](double part) { return low * std::pow(high / low, part); };
     Beside a = at(between(1.0 - kGolden)), b = at(between(kGolden));
-    while (high / low > kClose) {
+    const auto steep = [&] { return std::max(a.nats, b.nats) - std::min(of_low, of_high) > kSteep; };
+    while (high / low > kClose || (steep() && high / low > kClosest)) {
         if (a.nats > b.nats)
-            high = b.rows, b = std::move(a), a = at(between(1.0 - kGolden));
+            high = b.late, of_high = b.nats, b = std::move(a), a = at(between(1.0 - kGolden));
         else
-            low = a.rows, a = std::move(b), b = at(between(kGolden));
+            low = a.late, of_low = a.nats, a = std::move(b), b = at(between(kGolden));
     }
     FilterFit out;
     out.filter.stator = stator;
-    // A parabola over some hundredths; its width as the blocks' slopes scatter.
-    constexpr double kStep = 0.02;
-    const double n = 0.5 * (low + high), h = kStep * n;
-    const Beside middle = at(n), less = at(n - h), more = at(n + h);
+    // A parabola; its width as the blocks' slopes scatter.
+    const double n = 0.5 * (low + high), h = 0.4 * (high - low);
+    const Beside middle = at(n, true), less = at(n - h, true), more = at(n + h, true);
     if (!middle.fit.ok || !less.fit.ok || !more.fit.ok) return {};
     const double slope = (more.nats - less.nats) / (2.0 * h),
                  bend = (2.0 * middle.nats - less.nats - more.nats) / (h * h);
-    if (!(bend > 0.0) || !(std::abs(slope / bend) < kReach * n)) return {};
+    if (!(bend > 0.0)) return {};
+    // A vertex outside is of no parabola.
+    if (!(std::abs(slope / bend) < high - low)) return {};
     out.filter.rows = n + slope / bend;
     double square = 0.0;
     for (std::size_t k = 0; k < middle.of_block.size(); ++k) {
         const double of_block = (more.of_block[k] - less.of_block[k]) / (2.0 * h);
         square += of_block * of_block;
     }
-    // Noise that follows itself from row to row by so much, before the filter, is as one of rho (1 + 2 n) rows more.
+    // Noise that follows itself from row to row by so much, before the filter, moves the likelihood's slope.
     constexpr double kColour = 0.02;
-    out.filter.sd = std::hypot(std::sqrt(square) / bend, kColour * (1.0 + 2.0 * n));
-    out.nats = middle.nats, out.base = middle.fit.point.base;
+    out.filter.sd = std::hypot(std::sqrt(square), kColour * 2.0 * middle.rows / ((1.0 + n) * (1.0 + n))) / bend;
+    out.nats_each = middle.each(), out.rows = middle.rows, out.base = middle.fit.point.base;
     out.moves = (more.fit.point.base - less.fit.point.base).cwiseAbs() * (out.filter.sd / (2.0 * h));
     return out;
 }
@@ -112,10 +118,12 @@ std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, 
     return out;
 }
 
-double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter)
+double nats_each_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start,
+                        const FirmwareFilter& filter)
 {
     constexpr int kFew = 4;
-    return beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew, true).nats;
+    const Beside out = beside(logs, pole_pairs, start, filter.stator, filter.rows, kFew, true);
+    return out.fit.ok ? out.each() : -HUGE_VAL;
 }
 
 std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows)
@@ -123,8 +131,8 @@ std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pa
     std::optional<FilterFit> rotor = fit_axes(logs, pole_pairs, start, false, rows),
                              stator = fit_axes(logs, pole_pairs, start, true, rows);
     if (!rotor || !stator) return rotor ? rotor : stator;
-    if (stator->nats > rotor->nats) std::swap(rotor, stator);
-    if (rotor->nats < stator->nats + kLeastNats) {
+    if (stator->nats_each > rotor->nats_each) std::swap(rotor, stator);
+    if ((rotor->nats_each - stator->nats_each) * rotor->rows < kLeastNats) {
         rotor->filter.sd = std::hypot(rotor->filter.sd, rotor->filter.rows - stator->filter.rows);
         rotor->moves = (rotor->moves.array().square() + (rotor->base - stator->base).array().square()).sqrt();
     }

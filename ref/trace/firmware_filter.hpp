@@ -22,14 +22,16 @@ std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, 
 
 struct FilterFit {
     FirmwareFilter filter;
-    double nats = 0.0;      ///< log-likelihood of the currents as logged, of all rows
-    Eigen::VectorXd base;   ///< beside it
-    Eigen::VectorXd moves;  ///< of the base, what one deviation of the rows moves it by
+    double nats_each = 0.0;  ///< log-likelihood of a row's currents as logged, the mean
+    double rows = 0.0;       ///< of which
+    Eigen::VectorXd base;    ///< beside it
+    Eigen::VectorXd moves;   ///< of the base, what one deviation of the rows moves it by
 };
 
-/// (E197). Log-likelihood of the currents as logged, beside such a filter and what a few passes fit with it; of a fit
-/// that fails -inf.
-double nats_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start, const FirmwareFilter& filter);
+/// (E197). Log-likelihood of a row's currents as logged, the mean, beside such a filter and what a few passes fit with
+/// it; of a fit that fails -inf.
+double nats_each_beside(const std::vector<Log>& logs, double pole_pairs, const Point& start,
+                        const FirmwareFilter& filter);
 
 /// (E197). The filter that makes the currents as logged likeliest under the machine and effects of `start`, fitted anew
 /// beside it, near `rows`, of the axes that make them likelier; nothing where they are likeliest without. Where the axes

@@ -271,7 +271,6 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
             const std::string how = "with the currents from before a filter of about " + figure(late) +
                                     (late == 1.0 ? " row" : " rows");
             Reading r = reading_of(as_is, f, Reading::Kind::filter, how);
-            r.late_rows = late;
             if (r.part < kFarLess && r.t > kSure && (!best || r.part < best->part)) best = r;
         }
     }

@@ -17,7 +17,6 @@ struct Reading {
     double t = 0.0;           ///< of the stretches' log ratios, (E45)
     double pole_pairs = 0.0;  ///< as they come out, where nobody gave them; else 0
     int rows_before = 0;      ///< that each voltage is taken from
-    double late_rows = 0.0;   ///< of a filter, the currents in the mean
 };
 
 /// (E122). All signs and exchanges of columns, rows up to three apart, and filters of the currents, each by one least

@@ -828,9 +828,8 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
     result.verdict = verdict_of(!result.effects.empty(), structured, !result.doubt.empty());
     fill_blocks(*setup, judge, plain, last, result);
     if (options.progress) options.progress(1.0);
-    return {std::move(result),         reading,
-            found.selection.plain,     found.selection.best,
-            setup->full->base_names(), setup->pole_pairs_known ? setup->pole_pairs : 0.0};
+    return {std::move(result), found.selection.plain, found.selection.best, setup->full->base_names(),
+            setup->pole_pairs_known ? setup->pole_pairs : 0.0};
 }
 
 }  // namespace
