@@ -245,7 +245,9 @@ std::string verdict_sentence(const TraceResult& trace)
         return fmt::format("{}: on rows that it never saw the plain model leaves {}, and the log's own noise is {}.",
                            blind ? fmt::format("What is missing is not known, {}", why) : "Nothing is missing",
                            in_unit(trace.before.heldout_rms, trace.unit), in_unit(trace.noise_floor, trace.unit));
-    if (!trace.doubt.empty()) return fmt::format("The plain model makes no sense of this log: {}", trace.doubt);
+    if (!trace.doubt.empty())
+        return fmt::format("The plain model makes no sense of this log: {}{}", trace.doubt,
+                           trace.doubt.back() == '?' ? "" : ".");
     if (trace.effects.empty())
         return fmt::format("Something is missing{}: the plain model leaves {}.",
                            blind ? fmt::format(", and {}", why) : " that no effect of the catalogue explains",

@@ -58,21 +58,13 @@ std::size_t effects_of(const Traced& t)
     return static_cast<std::size_t>(std::count_if(t.result.effects.begin(), t.result.effects.end(), counts));
 }
 
-TraceOptions without_effects(TraceOptions options)
-{
-    options.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
-    return options;
-}
-
 /// Whether the plain machine alone makes the currents from before some filter far likelier than those as logged.
-bool may_be_filtered(const std::vector<Log>& logs, const TraceOptions& options)
+bool may_be_filtered(const std::vector<Log>& logs, const TraceSetup& setup)
 {
-    const std::unique_ptr<TraceSetup> setup = trace_setup(logs, {name_of(Law::coulomb_friction)}, Variant::usual,
-                                                          options.pole_pairs);
-    if (!setup->pole_pairs_known) return false;
+    if (!setup.pole_pairs_known) return false;
     constexpr int kPasses = 12;
-    const Refined plain = refine_gains(setup->search(), setup->starts.front(), kPasses);
-    return plain.ok && likeliest_rows(logs, setup->pole_pairs, plain.point, far_likelier(plain)) > 0.0;
+    const Refined plain = refine_gains(setup.search(), setup.starts.front(), kPasses);
+    return plain.ok && likeliest_rows(logs, setup.pole_pairs, plain.point, far_likelier(plain)) > 0.0;
 }
 
 /// Whether all that is late and all that iron or a short takes of the currents together make a row of them `nats`
@@ -184,15 +176,22 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
 
 }  // namespace
 
-TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of)
+TraceOptions without_effects(TraceOptions options)
+{
+    options.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
+    return options;
+}
+
+TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of,
+                                const TraceSetup& plain)
 {
     const std::vector<std::string>& only = options.effects;
     const bool asked = only.empty() || std::find(only.begin(), only.end(), name_of(Law::sensor_lag)) != only.end();
     if (!asked || logs.front().regime != Regime::dynamic) return trace_of(logs, options).result;
     // A search for effects beside filtered currents is long, and finds none.
-    if (may_be_filtered(logs, options)) {
-        Traced plain = trace_of(logs, without_effects(options));
-        if (std::optional<TraceResult> filtered = behind_filter(logs, options, trace_of, plain, true))
+    if (may_be_filtered(logs, plain)) {
+        const Traced none = trace_of(logs, without_effects(options));
+        if (std::optional<TraceResult> filtered = behind_filter(logs, options, trace_of, none, true))
             return *std::move(filtered);
     }
     Traced as_is = trace_of(logs, options);

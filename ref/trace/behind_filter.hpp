@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ref/search/solve.hpp"
+#include "ref/trace/setup.hpp"
 #include "ref/trace/trace.hpp"
 
 namespace dqw {
@@ -21,9 +22,13 @@ struct Traced {
 
 using TraceOf = std::function<Traced(const std::vector<Log>&, const TraceOptions&)>;
 
+/// A trace that seeks no effect.
+TraceOptions without_effects(TraceOptions options);
+
 /// What `trace_of` says of the logs, or, where their currents passed a firmware's filter, of those from before it, with
-/// the filter as its first effect.
-TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of);
+/// the filter as its first effect. `plain`: of a trace without_effects().
+TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of,
+                                const TraceSetup& plain);
 
 }  // namespace dqw
 #endif

@@ -230,15 +230,9 @@ Reading reading_of(const Fitted& as_is, const Fitted& other, Reading::Kind kind,
     return {kind, how, false, other.left / as_is.left, t_of(as_is, other), other.pole_pairs};
 }
 
-}  // namespace
-
-std::optional<Reading> other_reading(const TraceSetup& setup)
+/// Signs and exchanges of columns.
+std::optional<Reading> turned(const TraceSetup& setup, const Blocks& blocks, const Fitted& as_is)
 {
-    if (setup.regime != Regime::dynamic && setup.regime != Regime::steady) return {};
-    const Blocks blocks = blocks_of(setup, {});
-    if (blocks.size() < kLeastBlocks) return {};
-    const Fitted as_is = fit(setup, blocks, {});
-    if (!(as_is.left > 0.0)) return {};
     std::optional<Reading> best;
     int changes = 0;
     const bool wrong = !as_is.sense || as_is.left > kWrong * as_is.voltage;
@@ -254,6 +248,33 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
         const bool same = best && std::abs(r.part - best->part) < kSame;
         if (!best || (same ? c.changes() < changes : r.part < best->part)) best = r, changes = c.changes();
     }
+    return best;
+}
+
+}  // namespace
+
+bool is_misread(const TraceSetup& setup)
+{
+    if (setup.regime != Regime::dynamic && setup.regime != Regime::steady) return false;
+    const Blocks blocks = blocks_of(setup, {});
+    if (blocks.size() < kLeastBlocks) return false;
+    const Fitted as_is = fit(setup, blocks, {});
+    if (as_is.sense && as_is.left <= kWrong * as_is.voltage) return false;
+    if (!setup.turns_apart.empty()) return true;
+    const std::optional<Reading> reading = turned(setup, blocks, as_is);
+    // What an effect makes of a log leaves more; of a sign of all currents nothing is left that was not.
+    constexpr double kBeyondEffects = 0.2;
+    return reading && (reading->part < kBeyondEffects || as_is.negative);
+}
+
+std::optional<Reading> other_reading(const TraceSetup& setup)
+{
+    if (setup.regime != Regime::dynamic && setup.regime != Regime::steady) return {};
+    const Blocks blocks = blocks_of(setup, {});
+    if (blocks.size() < kLeastBlocks) return {};
+    const Fitted as_is = fit(setup, blocks, {});
+    if (!(as_is.left > 0.0)) return {};
+    std::optional<Reading> best = turned(setup, blocks, as_is);
     // Signs first: rows apart say nothing of columns that are not what they are called.
     if (best || setup.regime != Regime::dynamic) return best;
     for (const Rows& by : kRows) {

@@ -24,5 +24,9 @@ struct Reading {
 /// else nothing.
 std::optional<Reading> other_reading(const TraceSetup& setup);
 
+/// Whether columns are turned or exchanged beyond what an effect of the catalogue makes of a log, or the speed is not
+/// the angle's: no law then has what it needs.
+bool is_misread(const TraceSetup& setup);
+
 }  // namespace dqw
 #endif

@@ -836,7 +836,21 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
 
 TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 {
-    TraceResult result = trace_behind_filter(logs, options, traced);
+    if (logs.front().regime == Regime::mechanical) return traced(logs, options).result;
+    const std::unique_ptr<TraceSetup> plain = setup_of(logs, without_effects(options), Variant::usual);
+    const std::vector<std::string>& only = options.effects;
+    const auto is_asked = [&only](const char* name) {
+        return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+    };
+    // Of columns that are turned by a right angle or two, an encoder may be as well.
+    TraceOptions of_angle = without_effects(options);
+    if (is_asked(name_of(Law::angle_offset))) of_angle.effects = {name_of(Law::angle_offset)};
+    if (is_misread(*plain)) {
+        TraceResult result = traced(logs, of_angle).result;
+        result.notes.emplace_back("no effect but an angle's offset is tried on columns that others would explain");
+        return result;
+    }
+    TraceResult result = trace_behind_filter(logs, options, traced, *plain);
     return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
 }
 

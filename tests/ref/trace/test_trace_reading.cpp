@@ -79,6 +79,34 @@ Log points(unsigned seed, double i_d_A)
     return log;
 }
 
+/// Of such columns no law makes anything; what strong effects make of a log is another thing.
+void turned_columns_are_misread()
+{
+    const auto misread = [](const Log& log) { return dqw::is_misread(*dqw::trace_setup({log}, {})); };
+    const std::pair<const char*, void (*)(Log&)> changes[] = {
+        {"v_d", [](Log& l) { turn(l.v_d_V); }},
+        {"i_q", [](Log& l) { turn(l.i_q_A); }},
+        {"both currents", [](Log& l) { turn(l.i_d_A), turn(l.i_q_A); }},
+        {"currents exchanged", [](Log& l) { std::swap(l.i_d_A, l.i_q_A); }},
+        {"the speed, beside an angle", [](Log& l) { turn(l.w_m_rad_s); }},
+    };
+    for (const auto& [what, change] : changes) {
+        Log log = good();
+        change(log);
+        TEST_ASSERT_TRUE_MESSAGE(misread(log), what);
+    }
+    TEST_ASSERT_FALSE(misread(good()));
+    const std::vector<std::string> strong[] = {{"nonideal.angle_offset_rad=0.7"},
+                                               {"nonideal.dead_time_V=40", "nonideal.dead_time_width_A=0.2"},
+                                               {"sensing.late_periods=0.9"},
+                                               {"nonideal.iron_loss_S=0.1"},
+                                               {"nonideal.turn_short=0.3"}};
+    for (std::vector<std::string> settings : strong) {
+        settings.push_back("duration_s=0.4");
+        TEST_ASSERT_FALSE_MESSAGE(misread(simulated("servo", settings, Beside::nothing)), settings[0].c_str());
+    }
+}
+
 void chance_turns_no_sign()
 {
     int negative = 0;
@@ -248,6 +276,7 @@ void filtered_currents_are_found()
 int main()
 {
     UNITY_BEGIN();
+    RUN_TEST(turned_columns_are_misread);
     RUN_TEST(chance_turns_no_sign);
     RUN_TEST(rows_without_an_angle_go_with_none);
     RUN_TEST(a_log_as_it_should_be_has_no_other_reading);
