@@ -786,6 +786,21 @@ bool took_more(const Model& model, const Tried& other, const Tried& taken, const
            (!options.veto || options.veto(other.refined.point).empty());
 }
 
+/// Of the base, the most that one moves it by of those that make sense and gain more than chance does, though not in
+/// blocks enough. (E198)
+Eigen::VectorXd unproven_of(const std::vector<Tried>& tried, const SelectOptions& options, const Refined& best)
+{
+    Eigen::VectorXd most = Eigen::VectorXd::Zero(best.point.base.size());
+    const double own = law_noise(options, best);
+    for (const Tried& t : tried) {
+        const double to_noise = t.to_law_noise != 0.0 ? t.to_law_noise - own : 0.0;
+        if (!t.refined.ok || t.candidate.is_fault() || !(t.over.nats + std::min(to_noise, 0.0) > kLeastNats)) continue;
+        if (options.veto && !options.veto(t.refined.point).empty()) continue;
+        most = most.cwiseMax((t.refined.point.base - best.point.base).cwiseAbs());
+    }
+    return most;
+}
+
 /// `doubted`: effects beside which another that the rows held out want makes no sense, as it does without them; and the
 /// first, where another took more.
 Selection take_all(const Model& model, const Point& start, const std::vector<Candidate>& candidates,
@@ -852,6 +867,7 @@ Selection take_all(const Model& model, const Point& start, const std::vector<Can
             }
         }
         if (!taken) {
+            s.unproven = unproven_of(tried, options, s.best);
             if (mapped || !take_map(model, options, nullptr, n, s)) {
                 if (n > 0 || !take_pair(model, tried, candidates, options, n, s)) break;
             } else {

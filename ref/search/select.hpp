@@ -105,6 +105,7 @@ struct Selection {
     /// of those that were fitted, by how much on the rows held out
     std::vector<std::pair<std::string, Better>> fitted;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
+    Eigen::VectorXd unproven;                                 ///< (E198), of the base; empty: none was tried
     /// The point to which the last effect came, and what was tried there with it; empty where that is not the last word.
     Refined before_last;
     std::vector<Tried> beside_last;

@@ -759,11 +759,15 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
     }
     const double floor = result.noise_floor = noise.floor;
     Eigen::VectorXd hidden = hidden_loss_of(*setup, s);
-    // What the rows held out confirm, and is not named where the plain model leaves noise, moves its parameters. (E186)
-    if (s.found.empty() && !found.selection.found.empty() && fault.empty() && !was_exact &&
-        !(before > kStructured * floor)) {
-        const Eigen::Index base = plain.base.size();
-        hidden.head(base) = hidden.head(base).cwiseMax((found.selection.best.point.base - plain.base).cwiseAbs());
+    const Eigen::Index base = plain.base.size();
+    const bool in_order = fault.empty() && !was_exact;
+    const Eigen::VectorXd unproven = in_order && found.selection.unproven.size() == base ? found.selection.unproven
+                                                                                         : Eigen::VectorXd::Zero(base);
+    if (s.found.empty() && in_order && !(before > kStructured * floor)) {
+        hidden.head(base) = hidden.head(base).cwiseMax(unproven);
+        // What the rows held out confirm, and is not named where the plain model leaves noise. (E186)
+        if (!found.selection.found.empty())
+            hidden.head(base) = hidden.head(base).cwiseMax((found.selection.best.point.base - plain.base).cwiseAbs());
     }
     const Eigen::VectorXd plain_sd =
         (whole_deviations(*setup, *setup->full, s.plain).array().square() + hidden.array().square()).sqrt();
@@ -773,6 +777,8 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
     // (E171)
     for (const Found& f : s.found)
         if (f.moved.size() > 0) spread.head(f.moved.size()) += f.moved;
+    // (E198)
+    if (!s.found.empty()) spread.head(base) = (spread.head(base).array().square() + unproven.array().square()).sqrt();
     const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
                           sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);
