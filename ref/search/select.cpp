@@ -787,12 +787,15 @@ bool took_more(const Model& model, const Tried& other, const Tried& taken, const
 }
 
 /// Of the base, the most that one moves it by of those that make sense and gain more than chance does, though not in
-/// blocks enough. (E198)
+/// blocks enough. (E198) Not of those that ask for another value: at no heat, at no current.
 Eigen::VectorXd unproven_of(const std::vector<Tried>& tried, const SelectOptions& options, const Refined& best)
 {
     Eigen::VectorXd most = Eigen::VectorXd::Zero(best.point.base.size());
     const double own = law_noise(options, best);
+    const auto asks_for_another = [](const Input& i) { return bends(i.law) || effect_of(i.law).shape == Shape::heat; };
     for (const Tried& t : tried) {
+        const auto& inputs = t.candidate.inputs;
+        if (std::any_of(inputs.begin(), inputs.end(), asks_for_another)) continue;
         const double to_noise = t.to_law_noise != 0.0 ? t.to_law_noise - own : 0.0;
         if (!t.refined.ok || t.candidate.is_fault() || !(t.over.nats + std::min(to_noise, 0.0) > kLeastNats)) continue;
         if (options.veto && !options.veto(t.refined.point).empty()) continue;
