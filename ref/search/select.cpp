@@ -818,6 +818,7 @@ Selection take_all(const Model& model, const Point& start, const std::vector<Can
     bool mapped = false, refused = false;
     std::set<std::string> stood;
     for (int n = 0; n < kMostRounds; ++n) {
+        s.unproven.resize(0);
         std::vector<double> left = options.reported_rms(s.best.point);
         if (!below(left, options.own) && take_pulses(model, options, s.best)) {
             if (n == 0) s.plain = s.best;
