@@ -25,12 +25,13 @@ double rows_of(const Refined& r) { return std::accumulate(r.left.rows.begin(), r
 /// Log-likelihood of a row, the mean: a long log's is that of a part of its rows.
 double nats_each(const Refined& r) { return (r.left.seen + r.left.heldout) / rows_of(r); }
 
-/// Nats of a row by which a filter has to be likelier than what was found, and than the plain machine where nothing
-/// else is known: of what is left on both axes the square a third less.
+/// What a filter has to reach beside what was found.
 double likelier(const Refined& r) { return nats_each(r) + kLeastNats / rows_of(r); }
+
+/// And beside the plain machine, where nothing else is known.
 double far_likelier(const Refined& plain)
 {
-    constexpr double kEach = 0.4;
+    constexpr double kEach = 0.4;  // nats: of what is left on both axes the square a third less
     return nats_each(plain) + kEach;
 }
 
@@ -176,6 +177,12 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
 
 }  // namespace
 
+bool is_asked(const TraceOptions& options, Law law)
+{
+    const std::vector<std::string>& only = options.effects;
+    return only.empty() || std::find(only.begin(), only.end(), name_of(law)) != only.end();
+}
+
 TraceOptions without_effects(TraceOptions options)
 {
     options.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
@@ -185,9 +192,8 @@ TraceOptions without_effects(TraceOptions options)
 TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of,
                                 const TraceSetup& plain)
 {
-    const std::vector<std::string>& only = options.effects;
-    const bool asked = only.empty() || std::find(only.begin(), only.end(), name_of(Law::sensor_lag)) != only.end();
-    if (!asked || logs.front().regime != Regime::dynamic) return trace_of(logs, options).result;
+    if (!is_asked(options, Law::sensor_lag) || logs.front().regime != Regime::dynamic)
+        return trace_of(logs, options).result;
     // A search for effects beside filtered currents is long, and finds none.
     if (may_be_filtered(logs, plain)) {
         const Traced none = trace_of(logs, without_effects(options));

@@ -22,6 +22,8 @@ struct Traced {
 
 using TraceOf = std::function<Traced(const std::vector<Log>&, const TraceOptions&)>;
 
+/// Whether an effect of that name is sought.
+bool is_asked(const TraceOptions& options, Law law);
 /// A trace that seeks no effect.
 TraceOptions without_effects(TraceOptions options);
 

@@ -36,7 +36,7 @@ double nats_each_beside(const std::vector<Log>& logs, double pole_pairs, const P
 /// (E197). The filter that makes the currents as logged likeliest under the machine and effects of `start`, fitted anew
 /// beside it, near `rows`, of the axes that make them likelier; nothing where they are likeliest without. Where the axes
 /// make no difference, what they move everything by is in the deviations.
-/// Cost  some twenty fits
+/// Cost  of either axis some twenty fits, forty where hardly any noise is
 std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows);
 
 }  // namespace dqw

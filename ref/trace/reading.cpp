@@ -230,16 +230,33 @@ Reading reading_of(const Fitted& as_is, const Fitted& other, Reading::Kind kind,
     return {kind, how, false, other.left / as_is.left, t_of(as_is, other), other.pole_pairs};
 }
 
-/// Signs and exchanges of columns.
-std::optional<Reading> turned(const TraceSetup& setup, const Blocks& blocks, const Fitted& as_is)
+/// The log as it stands; no blocks where that is no matter of columns.
+struct AsItStands {
+    Blocks blocks;
+    Fitted fit;
+    bool wrong() const { return !fit.sense || fit.left > kWrong * fit.voltage; }
+};
+
+AsItStands as_it_stands(const TraceSetup& setup)
 {
+    AsItStands out;
+    if (setup.regime != Regime::dynamic && setup.regime != Regime::steady) return out;
+    out.blocks = blocks_of(setup, {});
+    if (out.blocks.size() < kLeastBlocks) return {};
+    out.fit = fit(setup, out.blocks, {});
+    return out;
+}
+
+/// Signs and exchanges of columns.
+std::optional<Reading> turned(const TraceSetup& setup, const AsItStands& is)
+{
+    const Fitted& as_is = is.fit;
     std::optional<Reading> best;
     int changes = 0;
-    const bool wrong = !as_is.sense || as_is.left > kWrong * as_is.voltage;
-    for (unsigned bits = 1; wrong && bits < 128; ++bits) {
+    for (unsigned bits = 1; is.wrong() && bits < 128; ++bits) {
         const auto sign = [&](unsigned bit) { return (bits >> bit) & 1u ? -1 : 1; };
         const Columns c{(bits & 1u) != 0, (bits & 2u) != 0, sign(2), sign(3), sign(4), sign(5), sign(6)};
-        const Fitted f = fit(setup, blocks, c);
+        const Fitted f = fit(setup, is.blocks, c);
         if (!f.sense) continue;
         const Reading r = reading_of(as_is, f, Reading::Kind::signs, c.how());
         // A phase order turned is v_q, i_q and w turned: of two that leave the same the one with fewer changes.
@@ -255,26 +272,21 @@ std::optional<Reading> turned(const TraceSetup& setup, const Blocks& blocks, con
 
 bool is_misread(const TraceSetup& setup)
 {
-    if (setup.regime != Regime::dynamic && setup.regime != Regime::steady) return false;
-    const Blocks blocks = blocks_of(setup, {});
-    if (blocks.size() < kLeastBlocks) return false;
-    const Fitted as_is = fit(setup, blocks, {});
-    if (as_is.sense && as_is.left <= kWrong * as_is.voltage) return false;
+    const AsItStands is = as_it_stands(setup);
+    if (is.blocks.empty() || !is.wrong()) return false;
     if (!setup.turns_apart.empty()) return true;
-    const std::optional<Reading> reading = turned(setup, blocks, as_is);
+    const std::optional<Reading> reading = turned(setup, is);
     // What an effect makes of a log leaves more; of a sign of all currents nothing is left that was not.
     constexpr double kBeyondEffects = 0.2;
-    return reading && (reading->part < kBeyondEffects || as_is.negative);
+    return reading && (reading->part < kBeyondEffects || is.fit.negative);
 }
 
 std::optional<Reading> other_reading(const TraceSetup& setup)
 {
-    if (setup.regime != Regime::dynamic && setup.regime != Regime::steady) return {};
-    const Blocks blocks = blocks_of(setup, {});
-    if (blocks.size() < kLeastBlocks) return {};
-    const Fitted as_is = fit(setup, blocks, {});
-    if (!(as_is.left > 0.0)) return {};
-    std::optional<Reading> best = turned(setup, blocks, as_is);
+    const AsItStands is = as_it_stands(setup);
+    const Fitted& as_is = is.fit;
+    if (is.blocks.empty() || !(as_is.left > 0.0)) return {};
+    std::optional<Reading> best = turned(setup, is);
     // Signs first: rows apart say nothing of columns that are not what they are called.
     if (best || setup.regime != Regime::dynamic) return best;
     for (const Rows& by : kRows) {
@@ -287,7 +299,7 @@ std::optional<Reading> other_reading(const TraceSetup& setup)
     for (const bool stator : {false, true}) {
         const Blocks one = blocks_of(setup, {0, 0, 0.0, "", 1.0, stator});
         for (const double late : kLate) {
-            const Fitted f = fit(setup, beyond(blocks, one, late), {});
+            const Fitted f = fit(setup, beyond(is.blocks, one, late), {});
             if (!f.sense) continue;
             const std::string how = "with the currents from before a filter of about " + figure(late) +
                                     (late == 1.0 ? " row" : " rows");

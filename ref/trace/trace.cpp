@@ -844,14 +844,10 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
 {
     if (logs.front().regime == Regime::mechanical) return traced(logs, options).result;
     const std::unique_ptr<TraceSetup> plain = setup_of(logs, without_effects(options), Variant::usual);
-    const std::vector<std::string>& only = options.effects;
-    const auto is_asked = [&only](const char* name) {
-        return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
-    };
-    // Of columns that are turned by a right angle or two, an encoder may be as well.
-    TraceOptions of_angle = without_effects(options);
-    if (is_asked(name_of(Law::angle_offset))) of_angle.effects = {name_of(Law::angle_offset)};
     if (is_misread(*plain)) {
+        // Of columns that are turned by a right angle or two, an encoder may be as well.
+        TraceOptions of_angle = without_effects(options);
+        if (is_asked(options, Law::angle_offset)) of_angle.effects = {name_of(Law::angle_offset)};
         TraceResult result = traced(logs, of_angle).result;
         result.notes.emplace_back("no effect but an angle's offset is tried on columns that others would explain");
         return result;
