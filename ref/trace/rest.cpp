@@ -239,8 +239,35 @@ std::vector<TraceSpectrum> spectra(const TraceSetup& setup, const std::vector<Re
 
 namespace {
 
+/// Of the currents, from each row to the next.
+std::vector<double> moves_of(const Log& log)
+{
+    std::vector<double> out;
+    for (std::size_t k = 1; k < log.rows(); ++k)
+        out.push_back(std::abs(log.i_d_A[k] - log.i_d_A[k - 1]) + std::abs(log.i_q_A[k] - log.i_q_A[k - 1]));
+    return out;
+}
+
+/// How many rows each sample stands where all stand as many, which no converter's steps make: 1 where they do not.
+std::size_t stands_each(const std::vector<double>& moves)
+{
+    constexpr std::size_t kLongest = 10, kLeastMoves = 100;
+    constexpr double kNearlyAll = 0.9;
+    std::size_t of[kLongest + 2] = {}, moved = 0, run = 1;
+    for (const double move : moves) {
+        if (!(move > 0.0)) {
+            ++run;
+            continue;
+        }
+        ++of[std::min(run, kLongest + 1)], ++moved, run = 1;
+    }
+    const std::size_t each = static_cast<std::size_t>(std::max_element(of, of + kLongest + 1) - of);
+    const bool all = static_cast<double>(of[each]) > kNearlyAll * static_cast<double>(moved);
+    return moved >= kLeastMoves && all ? each : 1;
+}
+
 /// Rows of a log that repeat the currents of the row before to the last digit, and by chance would not.
-std::size_t held_rows(const Log& log)
+std::size_t held_rows(const Log& log, const std::vector<double>& moves)
 {
     // A hold is short, and what the current did meanwhile shows at its end.
     constexpr std::size_t kLongestHeld = 10;
@@ -251,11 +278,10 @@ std::size_t held_rows(const Log& log)
     const std::vector<double>& angle = log.theta_e_rad.empty() ? log.theta_m_rad : log.theta_e_rad;
     // A frame that turns moves both axes by less than a converter's step: that is seen where the angle stands.
     const auto stands = [&](std::size_t row) { return !angle.empty() && angle[row] == angle[row - 1]; };
-    std::vector<double> moves, moved;
+    std::vector<double> moved;
     double least[2] = {HUGE_VAL, HUGE_VAL};
     for (std::size_t k = 1; k < log.rows(); ++k) {
-        const double move = std::abs(log.i_d_A[k] - log.i_d_A[k - 1]) + std::abs(log.i_q_A[k] - log.i_q_A[k - 1]);
-        moves.push_back(move);
+        const double move = moves[k - 1];
         if (!(move > 0.0)) continue;
         moved.push_back(move);
         double& of_kind = least[stands(k) ? 1 : 0];
@@ -286,7 +312,10 @@ std::string record_fault(const std::vector<Log>& logs)
     std::size_t held = 0, rows = 0;
     for (const Log& log : logs) {
         if (log.regime != Regime::dynamic) return "";
-        rows += log.rows(), held += held_rows(log);
+        const std::vector<double> moves = moves_of(log);
+        if (const std::size_t each = stands_each(moves); each > 1)
+            return "the currents of each sample stand in " + std::to_string(each) + " rows: held samples";
+        rows += log.rows(), held += held_rows(log, moves);
     }
     if (held > kFewHeld && held > rows / kRareHeld)
         return std::to_string(held) +

@@ -823,9 +823,10 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Finding rest{before,        result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact),
                        !fault.empty()};
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});
-    result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before, !structured) : "";
+    const bool unsaid = result.effects.empty() && fault.empty();
+    if (unsaid) result.doubt = doubt_of(*setup, plain, result.before, !structured);
     if (structured) result.rest_signature = fault.empty() ? clue_of(result.rest, result.regime) : fault;
-    if (result.effects.empty() && fault.empty()) {
+    if (unsaid) {
         // An angle that turns otherwise says more than what its speed makes of the axes.
         if (reading && setup->turns_apart.empty()) result.doubt = doubt_of(*reading);
         if (result.doubt.empty() && !rest.after_exact) result.doubt = doubt_of(noise, rest.after);
@@ -852,7 +853,11 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
         result.notes.emplace_back("no effect but an angle's offset is tried on columns that others would explain");
         return result;
     }
-    TraceResult result = trace_behind_filter(logs, options, traced, *plain);
+    // No name stands in a record that is at fault; what a loss may hide in R does.
+    TraceOptions of_loss = without_effects(options);
+    if (is_asked(options, Law::dead_time)) of_loss.effects = {name_of(Law::dead_time)};
+    TraceResult result = record_fault(logs).empty() ? trace_behind_filter(logs, options, traced, *plain)
+                                                    : traced(logs, of_loss).result;
     return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "ref/trace/rest.hpp"
+#include "ref/trace/trace.hpp"
 #include "simulated.hpp"
 #include "unity.h"
 
@@ -35,11 +36,29 @@ void currents_that_repeat_by_chance_are_no_fault()
     }
 }
 
+/// Each of its samples stands as long: no chance, and no few of them.
+void samples_that_stand_in_rows_are_a_fault()
+{
+    const dqw::Log whole = simulated("servo", {"duration_s=0.2", "noise=0.01", "seed=90213"});
+    for (const std::size_t each : {2u, 3u, 10u}) {
+        dqw::Log log = whole;
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            log.i_d_A[k] = whole.i_d_A[k - k % each], log.i_q_A[k] = whole.i_q_A[k - k % each];
+        const std::string wanted = "the currents of each sample stand in " + std::to_string(each) + " rows";
+        TEST_ASSERT_EQUAL_STRING_LEN(wanted.c_str(), dqw::record_fault({log}).c_str(), wanted.size());
+        const dqw::TraceResult r = dqw::trace({log});
+        TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
+        TEST_ASSERT_TRUE(r.effects.empty() && r.rest_signature.find(wanted) == 0);
+    }
+    TEST_ASSERT_EQUAL_STRING("", dqw::record_fault({whole}).c_str());
+}
+
 }  // namespace
 
 int main()
 {
     UNITY_BEGIN();
     RUN_TEST(currents_that_repeat_by_chance_are_no_fault);
+    RUN_TEST(samples_that_stand_in_rows_are_a_fault);
     return UNITY_END();
 }
