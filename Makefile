@@ -226,7 +226,7 @@ bench-fleet:
 	@$(MAKE) --no-print-directory $(FLEET_ENV)/made
 	@BUILD=$(BUILD) SEED=$(or $(SEED),1001) bench/fleet.sh
 
-## strangers    the simulator's plant beside another project's, PHOBIA=, a git directory of rombrew/phobia, whose drives are monitored; then 60 logs that other simulators draw, traced: SEED=N
+## strangers    the simulator's plant beside another project's, PHOBIA=, a git directory of rombrew/phobia, whose drives are monitored and traced; then 60 logs that other simulators draw, traced: SEED=N
 .PHONY: strangers
 strangers:
 	@.ci/install build

@@ -1,6 +1,6 @@
 // A machine that the public firmware rombrew/phobia drives on its own switching plant (fetched by ./run), logged in each
-// PWM period as its controller has it. It identifies the machine itself; then speed and load are drawn anew all the
-// time. One line of JSON on stderr: the machine at the end.
+// PWM period as its controller has it. It identifies the machine itself; then speed, load, and i_d where it is asked for,
+// are drawn anew all the time. One line of JSON on stderr: the machine at the end.
 //
 // usage: phobia_drive LOG.csv KEY=NUMBER ...; the keys are the names in `setting` below
 #include <math.h>
@@ -17,11 +17,9 @@
 // Of phobia's plant, that a kelvin makes of R and of the flux.
 #define ALPHA_PER_K 3.93e-3
 #define BETA_PER_K 1.2e-3
-// A set point of the speed lasts so long, a load so long.
-#define SPEED_S 0.5
-#define LOAD_S 0.3
-#define STEP_S 0.1
 #define I_MOST_A 60.0
+// Twice the relative deviation of the speed that is logged beside the rotor's own angle: of three uniforms.
+#define SPEED_NOISE 5e-4
 
 // Its own names, which its sources ask for.
 blm_t m;
@@ -32,12 +30,16 @@ static struct {
     const char *name;
     double value;
 } setting[] = {
-    {"R_ohm", 0.1},      {"Ld_H", 45e-6},       {"Lq_H", 60e-6},      {"Kv_rpm_V", 100},
-    {"pole_pairs", 11},  {"J_kgm2", 8e-4},      {"v_dc_V", 36},       {"source_ohm", 0.1},
+    {"R_ohm", 0.1},      {"Ld_H", 45e-6},     {"Lq_H", 60e-6},       {"Kv_rpm_V", 100},
+    {"pole_pairs", 11},  {"J_kgm2", 8e-4},    {"v_dc_V", 36},        {"source_ohm", 0.1},
     {"dead_s", 90e-9},   {"zero", 0},  // 0: the lowest leg rests, 1: centred, 2: the stronger current's
-    {"encoder", 1},      {"seed", 1},           {"duration_s", 20},   {"speed", 0.5},  // part of the largest
-    {"fault_s", 1e9},    {"fault_R", 1},        {"fault_psi", 1},     {"fault_Lq", 1},
-    {"fault_gain_a", 1}, {"fault_offset_A", 0}, {"fault_dead_s", -1},
+    {"encoder", 1},  // 0: its observer's angle, 1: an encoder's, 2: the observer drives, the rotor's own is logged
+    {"seed", 1},         {"duration_s", 20},  {"speed", 0.5},   // part of the largest
+    {"period_s", 35e-6}, {"speed_s", 0.5},    {"load_s", 0.3},  // a set point of the speed lasts so long, a load so long
+    {"i_d_A", 0},        {"load_A", 0},  // at most; of the load 0 is a part of what the controller allows, one way
+    {"nominal", 0},  // the log's voltage is what the link without its source's resistance would make
+    {"gain_a", 1},       {"fault_s", 1e9},    {"fault_R", 1},        {"fault_psi", 1},
+    {"fault_Lq", 1},     {"fault_gain_a", 1}, {"fault_offset_A", 0}, {"fault_dead_s", -1},
 };
 enum { SETTINGS = sizeof setting / sizeof setting[0] };
 
@@ -51,6 +53,8 @@ static double of(const char *name)
 static FILE *log_file;
 static double start_s, gain_a = 1, offset_A;
 
+static int shows_rotor(void) { return of("encoder") == 2; }
+
 static double uniform(void)
 {
     static uint64_t state;
@@ -59,11 +63,16 @@ static double uniform(void)
     return (double)(state >> 11) * 0x1p-53;
 }
 
+static float rotor_speed(void)
+{
+    return (float)(m.state[2] * (1 + SPEED_NOISE * (uniform() + uniform() + uniform() - 1.5)));
+}
+
 // What stood in the controller while the plant ran: angle, voltage, and whether the sample is one.
 static void put_row(float c, float s, float v_x, float v_y)
 {
-    const float w_e = pm.lu_wS, half = 0.5f * w_e * pm.m_dT, cm = c * cosf(half) - s * sinf(half),
-                sm = s * cosf(half) + c * sinf(half);
+    const float w_e = shows_rotor() ? rotor_speed() : pm.lu_wS, half = 0.5f * w_e * pm.m_dT,
+                cm = c * cosf(half) - s * sinf(half), sm = s * cosf(half) + c * sinf(half);
     fprintf(log_file, "%.7f,%.5g,%.5g,%.5g,%.5g,%.6g,%.6g\n", m.time - start_s, (double)(cm * v_x + sm * v_y),
             (double)(cm * v_y - sm * v_x), (double)(c * pm.lu_iX + s * pm.lu_iY), (double)(c * pm.lu_iY - s * pm.lu_iX),
             (double)w_e / (double)m.Zp, (double)atan2f(s, c));
@@ -83,7 +92,12 @@ void sim_runtime(double span_s)
         given.voltage_A = m.analog_uA, given.voltage_B = m.analog_uB, given.voltage_C = m.analog_uC;
         given.analog_SIN = m.analog_SIN, given.analog_COS = m.analog_COS;
         given.pulse_HS = m.pulse_HS, given.pulse_EP = m.pulse_EP;
-        const float c = pm.lu_F[0], s = pm.lu_F[1], v_x = pm.vsi_X, v_y = pm.vsi_Y;
+        // Of the period that blm_update() has ended.
+        const double rotor = m.state[3] - m.state[2] * m.pwm_dT,
+                     up = of("nominal") != 0 ? of("v_dc_V") / (double)pm.const_fb_U : 1;
+        const float c = shows_rotor() ? (float)cos(rotor) : pm.lu_F[0],
+                    s = shows_rotor() ? (float)sin(rotor) : pm.lu_F[1], v_x = (float)up * pm.vsi_X,
+                    v_y = (float)up * pm.vsi_Y;
         const int unclean = pm.vsi_IF != 0 || pm.lu_MODE == PM_LU_DETACHED || pm.lu_MODE == PM_LU_DISABLED;
         pm_feedback(&pm, &given);
         if (log_file != NULL && !unclean) put_row(c, s, v_x, v_y);
@@ -98,6 +112,8 @@ static void set_up(void)
 {
     m.Rs = of("R_ohm"), m.Ld = of("Ld_H"), m.Lq = of("Lq_H"), m.Zp = (int)of("pole_pairs");
     m.lambda = blm_Kv_lambda(&m, of("Kv_rpm_V"));
+    const double counts_Hz = m.pwm_resolution / m.pwm_dT;
+    m.pwm_dT = of("period_s"), m.pwm_resolution = (int)lround(counts_Hz * m.pwm_dT);
     m.Jm = of("J_kgm2"), m.Udc = of("v_dc_V"), m.Rdc = of("source_ohm"), m.pwm_deadtime = of("dead_s");
     ts_script_default();
     ts_script_base();
@@ -105,7 +121,7 @@ static void set_up(void)
     pm.config_LU_DRIVE = PM_DRIVE_SPEED;
     const int zero = (int)of("zero");
     pm.config_VSI_ZERO = zero == 1 ? PM_VSI_CENTER : zero == 2 ? PM_VSI_EXTREME : PM_VSI_GND;
-    if (of("encoder") == 0) return;
+    if (of("encoder") != 1) return;
     m.eabi_ERES = m.eabi_WRAP = 16384;
     pm.config_EABI_FRONTEND = PM_EABI_ABSOLUTE;
     pm.eabi_ADJUST = PM_DISABLED;
@@ -130,7 +146,7 @@ static void drive(const char *path)
     ts_wait_IDLE();
     pm.s_setpoint_speed = (float)(0.3 * w_most);
     ts_wait_spinup();
-    sim_runtime(3 * STEP_S);
+    sim_runtime(0.3);
     start_s = m.time;
     log_file = fopen(path, "w");
     if (log_file == NULL) {
@@ -138,18 +154,21 @@ static void drive(const char *path)
         exit(2);
     }
     fputs("t_s,v_d_V,v_q_V,i_d_A,i_q_A,w_m_rad_s,theta_e_rad\n", log_file);
+    const double step_s = fmin(of("speed_s"), of("load_s")) / 3;
     double speed_until = 0, load_until = 0, fault_s = of("fault_s");
+    gain_a = of("gain_a");
     for (double t = 0; t < of("duration_s"); t = m.time - start_s) {
         if (t >= speed_until) {
             pm.s_setpoint_speed = (float)((0.2 + (of("speed") - 0.2) * uniform()) * w_most);
-            speed_until += SPEED_S;
+            speed_until += of("speed_s");
         }
         if (t >= load_until) {
-            m.Mq[0] = 0.5 * i_most * Nm_A * (0.2 - uniform());
-            load_until += LOAD_S;
+            m.Mq[0] = Nm_A * (of("load_A") > 0 ? of("load_A") * (1 - 2 * uniform()) : 0.5 * i_most * (0.2 - uniform()));
+            if (of("i_d_A") > 0) pm.forced_track_D = (float)(-of("i_d_A") * uniform());
+            load_until += of("load_s");
         }
         if (t >= fault_s) fail(), fault_s = INFINITY;
-        sim_runtime(STEP_S);
+        sim_runtime(step_s);
     }
     fclose(log_file);
 }
