@@ -59,6 +59,20 @@ std::size_t effects_of(const Traced& t)
     return static_cast<std::size_t>(std::count_if(t.result.effects.begin(), t.result.effects.end(), counts));
 }
 
+/// Whether a trace finds the plain machine, but for what each drive's sampling has.
+bool is_plain(const Traced& t)
+{
+    return t.result.verdict == "clean" || (t.result.verdict == "explained" && effects_of(t) == 0);
+}
+
+/// A trace that seeks no more than that.
+TraceOptions with_sampling(const TraceOptions& options)
+{
+    TraceOptions out = without_effects(options);
+    if (is_asked(options, Law::sample_shift)) out.effects = {name_of(Law::sample_shift)};
+    return out;
+}
+
 /// Whether the plain machine alone makes the currents from before some filter far likelier than those as logged.
 bool may_be_filtered(const std::vector<Log>& logs, const TraceSetup& setup)
 {
@@ -117,7 +131,7 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
         return trace_of(before_filter(logs, as_is.pole_pairs, filter->filter), by);
     };
     if (alone &&
-        (before_it(without_effects(options)).result.verdict != "clean" ||
+        (!is_plain(before_it(with_sampling(options))) ||
          is_late_as_well(logs, as_is.pole_pairs, as_is.plain.point, filter->nats_each - kLeastNats / filter->rows)))
         return {};
     Traced before = before_it(options);

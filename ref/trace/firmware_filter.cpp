@@ -1,8 +1,10 @@
 #include "ref/trace/firmware_filter.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
+#include "ref/trace/sampled_instant.hpp"
 #include "ref/trace/setup.hpp"
 
 namespace dqw {
@@ -95,6 +97,34 @@ std::optional<FilterFit> fit_axes(const std::vector<Log>& logs, double pole_pair
     return out;
 }
 
+/// The fit with the instant of a sampling that makes it likeliest, of a microsecond at most, which the filter's rows
+/// would take; nothing where none is likelier.
+std::optional<Point> with_sampling(const std::vector<Log>& logs, double pole_pairs, const Point& start,
+                                   const FilterFit& filter)
+{
+    constexpr int kPasses = 12;
+    const std::string name = name_of(Law::sample_shift);
+    const auto shifts = [](const Term& t) { return t.input.law == Law::sample_shift; };
+    if (std::any_of(start.terms.begin(), start.terms.end(), shifts)) return {};
+    Point at = start;
+    at.base = filter.base;
+    const std::vector<Log> before = before_filter(logs, pole_pairs, filter.filter);
+    const std::unique_ptr<TraceSetup> setup = trace_setup(before, {name}, Variant::usual, pole_pairs);
+    const Model& model = setup->search();
+    const Refined without = refine_gains(model, at, kPasses);
+    double most = without.ok ? without.left.seen + without.left.heldout + kLeastNats : HUGE_VAL;
+    std::optional<Point> best;
+    for (const Candidate& c : setup->candidates) {
+        if (c.inputs.size() != 1 || c.inputs.front().law != Law::sample_shift) continue;
+        Point with = without.point;
+        with.terms.push_back({c.inputs.front(), {}});
+        const Refined r = refine(model, with, kPasses);
+        if (!r.ok || !(r.left.seen + r.left.heldout > most) || !may_be_sampling(r.point, name)) continue;
+        most = r.left.seen + r.left.heldout, best = r.point;
+    }
+    return best;
+}
+
 }  // namespace
 
 std::vector<Log> before_filter(const std::vector<Log>& logs, double pole_pairs, const FirmwareFilter& filter)
@@ -128,15 +158,20 @@ double nats_each_beside(const std::vector<Log>& logs, double pole_pairs, const P
 
 std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows)
 {
-    std::optional<FilterFit> rotor = fit_axes(logs, pole_pairs, start, false, rows),
-                             stator = fit_axes(logs, pole_pairs, start, true, rows);
-    if (!rotor || !stator) return rotor ? rotor : stator;
-    if (stator->nats_each > rotor->nats_each) std::swap(rotor, stator);
-    if ((rotor->nats_each - stator->nats_each) * rotor->rows < kLeastNats) {
-        rotor->filter.sd = std::hypot(rotor->filter.sd, rotor->filter.rows - stator->filter.rows);
-        rotor->moves = (rotor->moves.array().square() + (rotor->base - stator->base).array().square()).sqrt();
+    std::optional<FilterFit> best = fit_axes(logs, pole_pairs, start, false, rows),
+                             other = fit_axes(logs, pole_pairs, start, true, rows);
+    if (!best || (other && other->nats_each > best->nats_each)) std::swap(best, other);
+    if (!best) return {};
+    if (other && (best->nats_each - other->nats_each) * best->rows < kLeastNats) {
+        best->filter.sd = std::hypot(best->filter.sd, best->filter.rows - other->filter.rows);
+        best->moves = (best->moves.array().square() + (best->base - other->base).array().square()).sqrt();
+        return best;
     }
-    return rotor;
+    const std::optional<Point> sampled = with_sampling(logs, pole_pairs, start, *best);
+    if (!sampled) return best;
+    const FirmwareFilter& near = best->filter;
+    std::optional<FilterFit> anew = fit_axes(logs, pole_pairs, *sampled, near.stator, near.rows);
+    return anew ? anew : best;
 }
 
 }  // namespace dqw
