@@ -135,7 +135,7 @@ static void fail(void)
 {
     m.Rs *= of("fault_R"), m.lambda *= of("fault_psi"), m.Lq *= of("fault_Lq");
     if (of("fault_dead_s") >= 0) m.pwm_deadtime = of("fault_dead_s");
-    gain_a = of("fault_gain_a"), offset_A = of("fault_offset_A");
+    gain_a *= of("fault_gain_a"), offset_A = of("fault_offset_A");
 }
 
 static void drive(const char *path)

@@ -124,8 +124,9 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     double most = likelier(as_is.best);
     if (!named) most = std::min(most, far_likelier(as_is.plain));
     const double rows = likeliest_rows(logs, as_is.pole_pairs, as_is.plain.point, most);
+    const bool sampling = is_asked(options, Law::sample_shift);
     std::optional<FilterFit> filter;
-    if (rows > 0.0) filter = fit_filter(logs, as_is.pole_pairs, as_is.plain.point, rows);
+    if (rows > 0.0) filter = fit_filter(logs, as_is.pole_pairs, as_is.plain.point, rows, sampling);
     if (!filter) return {};
     const auto before_it = [&](const TraceOptions& by) {
         return trace_of(before_filter(logs, as_is.pole_pairs, filter->filter), by);
@@ -142,7 +143,7 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     if (effects_of(before) > 0) {
         // What else there is moves the filter's rows.
         const FirmwareFilter first = filter->filter;
-        filter = fit_filter(logs, as_is.pole_pairs, before.best.point, first.rows);
+        filter = fit_filter(logs, as_is.pole_pairs, before.best.point, first.rows, sampling);
         if (!filter) return {};
         if (filter->filter.stator != first.stator || std::abs(filter->filter.rows - first.rows) > filter->filter.sd)
             before = before_it(options);

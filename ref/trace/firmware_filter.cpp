@@ -156,7 +156,8 @@ double nats_each_beside(const std::vector<Log>& logs, double pole_pairs, const P
     return out.fit.ok ? out.each() : -HUGE_VAL;
 }
 
-std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows)
+std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows,
+                                    bool sampling)
 {
     std::optional<FilterFit> best = fit_axes(logs, pole_pairs, start, false, rows),
                              other = fit_axes(logs, pole_pairs, start, true, rows);
@@ -167,11 +168,11 @@ std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pa
         best->moves = (best->moves.array().square() + (best->base - other->base).array().square()).sqrt();
         return best;
     }
-    const std::optional<Point> sampled = with_sampling(logs, pole_pairs, start, *best);
+    const std::optional<Point> sampled = sampling ? with_sampling(logs, pole_pairs, start, *best) : std::nullopt;
     if (!sampled) return best;
     const FirmwareFilter& near = best->filter;
     std::optional<FilterFit> anew = fit_axes(logs, pole_pairs, *sampled, near.stator, near.rows);
-    return anew ? anew : best;
+    return anew && anew->nats_each > best->nats_each ? anew : best;
 }
 
 }  // namespace dqw

@@ -36,9 +36,10 @@ double nats_each_beside(const std::vector<Log>& logs, double pole_pairs, const P
 /// (E197). The filter that makes the currents as logged likeliest under the machine and effects of `start`, fitted anew
 /// beside it, near `rows`, of the axes that make them likelier; nothing where they are likeliest without. Where the axes
 /// make no difference, what they move everything by is in the deviations; where they do, an instant of another part of
-/// the row that is a microsecond late at most is beside it, if that is likelier.
+/// the row that is a microsecond late at most is beside it, if that is likelier and `sampling` is.
 /// Cost  of either axis some twenty fits, forty where hardly any noise is, and as many anew beside an instant
-std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows);
+std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pairs, const Point& start, double rows,
+                                    bool sampling);
 
 }  // namespace dqw
 #endif

@@ -248,22 +248,26 @@ std::vector<double> moves_of(const Log& log)
     return out;
 }
 
-/// How many rows each sample stands where all stand as many, which no converter's steps make: 1 where they do not.
+/// How many rows each sample stands where all stand as many, which chance does not do: 1 where they do not. Samples
+/// that are the same stand twice as long.
 std::size_t stands_each(const std::vector<double>& moves)
 {
-    constexpr std::size_t kLongest = 10, kLeastMoves = 100;
+    constexpr std::size_t kLongest = 50, kLeastMoves = 100;
+    // Of random runs half are even at most, a third multiples of three.
     constexpr double kNearlyAll = 0.9;
-    std::size_t of[kLongest + 2] = {}, moved = 0, run = 1;
+    std::size_t multiples[kLongest + 1] = {}, moved = 0, run = 1;
     for (const double move : moves) {
         if (!(move > 0.0)) {
             ++run;
             continue;
         }
-        ++of[std::min(run, kLongest + 1)], ++moved, run = 1;
+        for (std::size_t n = 2; n <= std::min(run, kLongest); ++n)
+            if (run % n == 0) ++multiples[n];
+        ++moved, run = 1;
     }
-    const std::size_t each = static_cast<std::size_t>(std::max_element(of, of + kLongest + 1) - of);
-    const bool all = static_cast<double>(of[each]) > kNearlyAll * static_cast<double>(moved);
-    return moved >= kLeastMoves && all ? each : 1;
+    for (std::size_t n = kLongest; n > 1 && moved >= kLeastMoves; --n)
+        if (static_cast<double>(multiples[n]) > kNearlyAll * static_cast<double>(moved)) return n;
+    return 1;
 }
 
 /// Rows of a log that repeat the currents of the row before to the last digit, and by chance would not.
@@ -314,7 +318,8 @@ std::string record_fault(const std::vector<Log>& logs)
         if (log.regime != Regime::dynamic) return "";
         const std::vector<double> moves = moves_of(log);
         if (const std::size_t each = stands_each(moves); each > 1)
-            return "the currents of each sample stand in " + std::to_string(each) + " rows: held samples";
+            return (logs.size() > 1 ? log.path + ": " : "") + "the currents of each sample stand in " +
+                   std::to_string(each) + " rows: held samples";
         rows += log.rows(), held += held_rows(log, moves);
     }
     if (held > kFewHeld && held > rows / kRareHeld)

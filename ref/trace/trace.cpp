@@ -823,15 +823,14 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
     const Finding rest{before,        result.after.heldout_rms, floor, was_exact, below(judge.each(last), found.exact),
                        !fault.empty()};
     const bool structured = is_structured({rest, !s.found.empty(), taken_back});
-    const bool unsaid = result.effects.empty() && fault.empty();
-    if (unsaid) result.doubt = doubt_of(*setup, plain, result.before, !structured);
+    result.doubt = result.effects.empty() ? doubt_of(*setup, plain, result.before, !structured) : "";
     if (structured) result.rest_signature = fault.empty() ? clue_of(result.rest, result.regime) : fault;
-    if (unsaid) {
+    if (result.effects.empty() && fault.empty()) {
         // An angle that turns otherwise says more than what its speed makes of the axes.
         if (reading && setup->turns_apart.empty()) result.doubt = doubt_of(*reading);
         if (result.doubt.empty() && !rest.after_exact) result.doubt = doubt_of(noise, rest.after);
     }
-    if (!result.doubt.empty()) result.rest_signature = result.doubt;
+    if (!result.doubt.empty()) result.rest_signature = fault.empty() ? result.doubt : fault + "; " + result.doubt;
     result.verdict = verdict_of(!result.effects.empty(), structured, !result.doubt.empty());
     fill_blocks(*setup, judge, plain, last, result);
     if (options.progress) options.progress(1.0);
@@ -853,11 +852,13 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
         result.notes.emplace_back("no effect but an angle's offset is tried on columns that others would explain");
         return result;
     }
+    const bool at_fault = !record_fault(logs).empty();
     // No name stands in a record that is at fault; what a loss may hide in R does.
     TraceOptions of_loss = without_effects(options);
     if (is_asked(options, Law::dead_time)) of_loss.effects = {name_of(Law::dead_time)};
-    TraceResult result = record_fault(logs).empty() ? trace_behind_filter(logs, options, traced, *plain)
-                                                    : traced(logs, of_loss).result;
+    TraceResult result = at_fault ? traced(logs, of_loss).result : trace_behind_filter(logs, options, traced, *plain);
+    if (at_fault)
+        result.notes.emplace_back("no effect is named in a record that is at fault, and none but a dead time tried");
     return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
 }
 

@@ -6,6 +6,8 @@
 #include <complex>
 #include <string>
 
+#include "ref/search/select.hpp"
+#include "ref/trace/setup.hpp"
 #include "ref/trace/trace.hpp"
 #include "simulated.hpp"
 #include "unity.h"
@@ -111,18 +113,24 @@ void filters_are_named_with_their_time_constant()
     }
 }
 
-/// The log's frame is that of 0.9 us later, as of a converter that takes the angle last: the filter's rows do not take it.
+/// Of currents that are sampled 0.9 us late the filter's rows take a part, unless that stands beside them.
 void an_instant_beside_a_filter_is_none_of_its_rows()
 {
-    std::vector<Log> logs{simulated("servo", {"duration_s=0.5", "seed=60693", "noise=0.0005"}, Beside::nothing)};
+    std::vector<Log> logs{simulated(
+        "servo", {"duration_s=0.5", "seed=60693", "noise=0.0005", "sensing.late_periods=0.009"}, Beside::nothing)};
     Log& log = logs[0];
-    constexpr double kLate_s = 0.9e-6;
-    for (std::size_t k = 0; k < log.rows(); ++k) {
-        const Complex by = std::polar(1.0, -log.machine.pole_pairs.value() * log.w_m_rad_s[k] * kLate_s),
-                      v = by * Complex(log.v_d_V[k], log.v_q_V[k]), i = by * Complex(log.i_d_A[k], log.i_q_A[k]);
-        log.v_d_V[k] = v.real(), log.v_q_V[k] = v.imag(), log.i_d_A[k] = i.real(), log.i_q_A[k] = i.imag();
-    }
+    const double late_s = 0.009 * log.dt_s;
     filter(log, 4.0, true);
+    const double p = log.machine.pole_pairs.value();
+    const auto setup = dqw::trace_setup(logs, {"coulomb_friction"}, dqw::Variant::usual, p);
+    const dqw::Point plain = dqw::refine_gains(setup->search(), setup->starts.front(), 12).point;
+    const auto off = [&](bool sampling) {
+        const auto fit = dqw::fit_filter(logs, p, plain, 4.0, sampling);
+        TEST_ASSERT_TRUE(fit && fit->filter.stator && fit->filter.sd < 0.002);
+        return std::abs(fit->filter.rows - 4.0) / fit->filter.sd;
+    };
+    TEST_ASSERT_TRUE_MESSAGE(off(true) < 3.0, "beside it");
+    TEST_ASSERT_TRUE_MESSAGE(off(false) > 5.0, "without it");
     dqw::TraceOptions options;
     options.effects = {"sensor_lag", "sample_shift", "delay", "iron_loss"};
     const TraceResult r = dqw::trace(logs, options);
@@ -132,7 +140,7 @@ void an_instant_beside_a_filter_is_none_of_its_rows()
     TEST_ASSERT_EQUAL_STRING("sample_shift", r.effects[1].name.c_str());
     // Without the instant beside it the rows are known five times worse.
     is(4.0 * log.dt_s, 1.5e-4, r.effects[0].parameters, "tau_s");
-    is(kLate_s, 0.02, r.effects[1].parameters, "shift_s");
+    is(late_s, 0.02, r.effects[1].parameters, "shift_s");
     is(2.2e-3, 2e-3, r.after.parameters, "Ld_H");
     is(2.8e-3, 2e-3, r.after.parameters, "Lq_H");
 }

@@ -40,7 +40,7 @@ void currents_that_repeat_by_chance_are_no_fault()
 void samples_that_stand_in_rows_are_a_fault()
 {
     const dqw::Log whole = simulated("servo", {"duration_s=0.2", "noise=0.01", "seed=90213"});
-    for (const std::size_t each : {2u, 3u, 10u}) {
+    for (const std::size_t each : {2u, 3u, 10u, 16u}) {
         dqw::Log log = whole;
         for (std::size_t k = 0; k < log.rows(); ++k)
             log.i_d_A[k] = whole.i_d_A[k - k % each], log.i_q_A[k] = whole.i_q_A[k - k % each];
@@ -51,6 +51,28 @@ void samples_that_stand_in_rows_are_a_fault()
         TEST_ASSERT_TRUE(r.effects.empty() && r.rest_signature.find(wanted) == 0);
     }
     TEST_ASSERT_EQUAL_STRING("", dqw::record_fault({whole}).c_str());
+    // Of a coarse converter, on which samples often are the same: held in threes, and not.
+    for (const std::size_t each : {1u, 3u}) {
+        dqw::Log log = whole;
+        for (std::size_t k = 0; k < log.rows(); ++k)
+            log.i_d_A[k] = std::round(whole.i_d_A[k - k % each]), log.i_q_A[k] = std::round(whole.i_q_A[k - k % each]);
+        const std::string fault = dqw::record_fault({whole, log});
+        TEST_ASSERT_EQUAL_INT(each > 1, fault.find("the currents of each sample stand in 3 rows") != std::string::npos);
+        TEST_ASSERT_EQUAL_INT(each > 1, !fault.empty());
+    }
+}
+
+/// What the columns make no sense of is said beside the record's fault.
+void a_fault_hides_no_turned_columns()
+{
+    dqw::Log log = simulated("servo", {"duration_s=0.3", "noise=0.01", "seed=90214"});
+    std::swap(log.i_d_A, log.i_q_A);
+    for (std::size_t k = 100; k < log.rows(); k += 100)
+        log.i_d_A[k] = log.i_d_A[k - 1], log.i_q_A[k] = log.i_q_A[k - 1];
+    const dqw::TraceResult r = dqw::trace({log});
+    TEST_ASSERT_EQUAL_STRING("unexplained", r.verdict.c_str());
+    TEST_ASSERT_TRUE(r.rest_signature.find("held or dropped samples; ") != std::string::npos);
+    TEST_ASSERT_TRUE(r.rest_signature.find("columns") != std::string::npos);
 }
 
 }  // namespace
@@ -60,5 +82,6 @@ int main()
     UNITY_BEGIN();
     RUN_TEST(currents_that_repeat_by_chance_are_no_fault);
     RUN_TEST(samples_that_stand_in_rows_are_a_fault);
+    RUN_TEST(a_fault_hides_no_turned_columns);
     return UNITY_END();
 }
