@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable
 
@@ -94,7 +95,8 @@ def failures(runs: list[dict], repeat: str) -> None:
         name = "WRONG" if not r["right"] or r["failure"] else "OFF  "
         offs = " ".join(f"{key} {100 * p['error']:+.2g} % ({p['error'] / p['sd'] if p['sd'] else 0:+.1f} sd)"
                         for key, p in r["parameters"].items() if p["usable"] and not within(p, 3))
-        print(f"{name} {r['seed']} {r['simulator']} {r['plate']}: {truth_text(r)} ({r['strength']:.1f}x): "
+        strength = f" ({r['strength']:.1f}x)" if math.isfinite(r["strength"]) else ""
+        print(f"{name} {r['seed']} {r['simulator']} {r['plate']}: {truth_text(r)}{strength}: "
               f"{r['failure'] or r['verdict']}: [{named_text(r)}]{' off: ' + offs if offs else ''}")
         print(f"    {repeat} --seed {r['seed']}")
 
