@@ -129,7 +129,8 @@ def make(build: pathlib.Path, seed: int, folder: pathlib.Path) -> str:
     kind = "outside" if spec.outside else ("clean", "one", "two")[len(spec.effects)]
     csv.with_suffix(".truth.json").write_text(json.dumps(
         {"spec": {"seed": seed, "kind": kind, "outside": spec.outside, "log": {"theta": True}},
-         "truth": [[name] for name in spec.effects], "parameters": {n: [v, v, v] for n, v in machine.items()}}))
+         "strength": math.inf, "truth": [[name] for name in spec.effects],
+         "parameters": {n: [v, v, v] for n, v in machine.items()}}))
     return ""
 
 
@@ -157,7 +158,6 @@ def one(job: tuple[pathlib.Path, int]) -> dict | str:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     said = json.loads(done.stdout) if done.returncode == 0 else {}
     truth = json.loads(csv.with_suffix(".truth.json").read_text())
-    truth["strength"] = math.inf
     return {"seed": seed, "simulator": "phobia", "plate": spec.motor, "kind": truth["spec"]["kind"],
             "effects": spec.effects, "outside": spec.outside, "strength": truth["strength"],
             "seconds": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,

@@ -65,14 +65,6 @@ bool is_plain(const Traced& t)
     return t.result.verdict == "clean" || (t.result.verdict == "explained" && effects_of(t) == 0);
 }
 
-/// A trace that seeks no more than that.
-TraceOptions with_sampling(const TraceOptions& options)
-{
-    TraceOptions out = without_effects(options);
-    if (is_asked(options, Law::sample_shift)) out.effects = {name_of(Law::sample_shift)};
-    return out;
-}
-
 /// Whether the plain machine alone makes the currents from before some filter far likelier than those as logged.
 bool may_be_filtered(const std::vector<Log>& logs, const TraceSetup& setup)
 {
@@ -132,7 +124,7 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
         return trace_of(before_filter(logs, as_is.pole_pairs, filter->filter), by);
     };
     if (alone &&
-        (!is_plain(before_it(with_sampling(options))) ||
+        (!is_plain(before_it(with_effect(options, Law::sample_shift))) ||
          is_late_as_well(logs, as_is.pole_pairs, as_is.plain.point, filter->nats_each - kLeastNats / filter->rows)))
         return {};
     Traced before = before_it(options);
@@ -202,6 +194,13 @@ TraceOptions without_effects(TraceOptions options)
 {
     options.effects = {name_of(Law::coulomb_friction)};  // none of a log that has voltages
     return options;
+}
+
+TraceOptions with_effect(const TraceOptions& options, Law law)
+{
+    TraceOptions out = without_effects(options);
+    if (is_asked(options, law)) out.effects = {name_of(law)};
+    return out;
 }
 
 TraceResult trace_behind_filter(const std::vector<Log>& logs, const TraceOptions& options, const TraceOf& trace_of,

@@ -26,6 +26,8 @@ using TraceOf = std::function<Traced(const std::vector<Log>&, const TraceOptions
 bool is_asked(const TraceOptions& options, Law law);
 /// A trace that seeks no effect.
 TraceOptions without_effects(TraceOptions options);
+/// A trace that seeks that one alone, if it is sought.
+TraceOptions with_effect(const TraceOptions& options, Law law);
 
 /// What `trace_of` says of the logs, or, where their currents passed a firmware's filter, of those from before it, with
 /// the filter as its first effect. `plain`: of a trace without_effects().

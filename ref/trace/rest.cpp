@@ -253,7 +253,7 @@ std::vector<double> moves_of(const Log& log)
 std::size_t stands_each(const std::vector<double>& moves)
 {
     constexpr std::size_t kLongest = 50, kLeastMoves = 100;
-    // Of random runs half are even at most, a third multiples of three.
+    // Of random runs half are even at most, a third multiples of three: of a hundred, ninety never.
     constexpr double kNearlyAll = 0.9;
     std::size_t multiples[kLongest + 1] = {}, moved = 0, run = 1;
     for (const double move : moves) {

@@ -846,17 +846,14 @@ TraceResult trace(const std::vector<Log>& logs, const TraceOptions& options)
     const std::unique_ptr<TraceSetup> plain = setup_of(logs, without_effects(options), Variant::usual);
     if (is_misread(*plain)) {
         // Of columns that are turned by a right angle or two, an encoder may be as well.
-        TraceOptions of_angle = without_effects(options);
-        if (is_asked(options, Law::angle_offset)) of_angle.effects = {name_of(Law::angle_offset)};
-        TraceResult result = traced(logs, of_angle).result;
+        TraceResult result = traced(logs, with_effect(options, Law::angle_offset)).result;
         result.notes.emplace_back("no effect but an angle's offset is tried on columns that others would explain");
         return result;
     }
     const bool at_fault = !record_fault(logs).empty();
     // No name stands in a record that is at fault; what a loss may hide in R does.
-    TraceOptions of_loss = without_effects(options);
-    if (is_asked(options, Law::dead_time)) of_loss.effects = {name_of(Law::dead_time)};
-    TraceResult result = at_fault ? traced(logs, of_loss).result : trace_behind_filter(logs, options, traced, *plain);
+    TraceResult result = at_fault ? traced(logs, with_effect(options, Law::dead_time)).result
+                                  : trace_behind_filter(logs, options, traced, *plain);
     if (at_fault)
         result.notes.emplace_back("no effect is named in a record that is at fault, and none but a dead time tried");
     return result.real_pole_pairs > 0.0 ? under_whole_pole_pairs(logs, options, std::move(result)) : result;
