@@ -81,7 +81,7 @@ void add_companions(std::vector<Drawn>& drawn)
 }
 
 /// Sizes what was drawn, and simulates the log. False where something of it cannot be seen.
-bool fill(const Setup& s, Case& c)
+bool fill(const Setup& s, Case& c, Judged judged)
 {
     dqw::Result floor;
     dqw::report_residual({log_of(s, s.scenario, true)}, c.truth, floor);
@@ -92,7 +92,7 @@ bool fill(const Setup& s, Case& c)
     heat_idly(s, x);
     c.log = log_of(s, x, true);
     c.log.path = fmt::format("seed {}", c.seed);
-    if (c.kind != Kind::outside && !c.drawn.empty()) find_classes(s, c.drawn);
+    if (judged == Judged::yes && c.kind != Kind::outside && !c.drawn.empty()) find_classes(s, c.drawn);
     c.about = about_of(s, c);
     if (c.kind != Kind::outside) add_companions(c.drawn);
     c.switching = s.switching;
@@ -122,7 +122,7 @@ double Case::strength() const
     return least;
 }
 
-Case draw(std::uint64_t seed)
+Case draw(std::uint64_t seed, Judged judged)
 {
     Random random(seed);
     const Kind kind = kind_of(seed);
@@ -133,7 +133,7 @@ Case draw(std::uint64_t seed)
         c.seed = seed, c.kind = kind, c.truth = truth_of(s), c.drawn = draw_effects(random, s, kind);
         // A machine that the simulator cannot follow is not drawn.
         try {
-            const bool filled = fill(s, c);
+            const bool filled = fill(s, c, judged);
             remove_curves();
             if (filled) return c;
         } catch (const std::runtime_error&) {

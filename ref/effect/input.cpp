@@ -106,6 +106,15 @@ void sensor(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
     g = {-at.Ld * o.d, -at.Lq * o.q};
 }
 
+/// Adds the slopes of that, of those of o.
+void add_slope_of_sensor(const Moment& at, const double o[4], double f_slope[4], double g_slope[4])
+{
+    for (int col : {0, 1}) {
+        f_slope[col] -= at.R * o[col], f_slope[2 + col] -= at.R * o[2 + col];
+        g_slope[col] -= at.Ld * o[col], g_slope[2 + col] -= at.Lq * o[2 + col];
+    }
+}
+
 /// The same of iron as it is bent at these currents.
 void drawn(const Moment& at, Vector2 o, Vector2& f, Vector2& g)
 {
@@ -488,8 +497,8 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
     const Moment& at = turned(pulses, m, seen);
     // Of its own size a pulse is beyond its mean by a quarter at most.
     constexpr double kLeastPart = 1e-3;
-    const double link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc, half = 0.5 * at.w_e * at.period_s,
-                 to_here = at.starts ? half : -half, by_change = -std::cos(half);
+    const double link = pulses.shape[0] > 0.0 ? pulses.shape[0] : at.v_dc, half = 0.5 * at.w_e * at.period_s;
+    const Angle to_here(at.starts ? half : -half);
     const FilteredPulse pulse(tau_s, at.period_s);
     double of[3] = {}, left = 1.0;
     // What is lost on the way turns along with the rotor, and its jumps are none of the duties'.
@@ -504,7 +513,7 @@ Vector2 filtered_pulses(const Input& pulses, double tau_s, const Moment& m)
         const double part = last ? left : left * (1.0 - pulse.kept);
         for (int leg = 0; leg < 3; ++leg) of[leg] += part * link * pulse.beyond_mean(duty.of[leg]);
         if (last) return of_phases(at, of[0], of[1], of[2]);
-        reached = plus(reached, by_change, turned_by(to_here, at.change[n]));
+        reached = plus(reached, -to_here.cos, to_here.on(at.change[n]));
         lost = back.on(lost), left *= pulse.kept;
     }
 }
@@ -1141,11 +1150,7 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
         if (!filters_currents(input)) break;
         double more[4];
         filtered(at, weights[0], more);
-        for (int col : {0, 1}) {
-            const Vector2 o{more[col], more[2 + col]};
-            f_slope[col] -= at.R * o.d, f_slope[2 + col] -= at.R * o.q;
-            g_slope[col] -= at.Ld * o.d, g_slope[2 + col] -= at.Lq * o.q;
-        }
+        add_slope_of_sensor(at, more, f_slope, g_slope);
         break;
     }
     default: break;
@@ -1153,6 +1158,21 @@ void evaluate_slope(const Input& input, const double weights[], const Moment& at
 }
 
 namespace {
+
+/// Of a filter of the currents, whose slope by them is the same at all.
+void lagging_with_slope(const Input& input, double tau_s, const Moment& at, Vector2& f, Vector2& g, double f_slope[4],
+                        double g_slope[4])
+{
+    // What the pulses add is no part of the current that the mean voltage runs.
+    const Vector2 more = input.law == Law::pulsed_lag ? of_pulses(input, tau_s, at) : Vector2{};
+    Moment run = at;
+    run.i_d -= more.d, run.i_q -= more.q;
+    double slope[4];
+    Vector2 of_f, of_g;
+    sensor(at, plus(more, 1.0, filtered(run, tau_s, slope)), of_f, of_g);
+    f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
+    add_slope_of_sensor(at, slope, f_slope, g_slope);
+}
 
 /// At the end of a period, of one reading of the law.
 void lost_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, double f_slope[4])
@@ -1186,11 +1206,21 @@ void lost_at_edges_with_slope(const Input& input, const double weights[], const 
 void evaluate_with_slope(const Input& input, const double weights[], const Moment& at, Vector2& f, Vector2& g,
                          double f_slope[4], double g_slope[4])
 {
+    if (at.ahead.rad != 0.0 && lies_in_rotor(input)) {
+        Vector2 of_f, of_g;
+        double by_f[4] = {}, by_g[4] = {};
+        evaluate_with_slope(input, weights, in_rotors_frame(at), of_f, of_g, by_f, by_g);
+        f = plus(f, 1.0, at.ahead.back(of_f)), g = plus(g, 1.0, at.ahead.back(of_g));
+        const double c = at.ahead.cos, s = -at.ahead.sin;
+        add_turned(c, s, by_f, f_slope), add_turned(c, s, by_g, g_slope);
+        return;
+    }
     if (is_dead_time(input.law) && !input.averaged) {
         const bool edges = input.loss == LossLaw::edges;
         if (!edges && at.ends) return lost_with_slope(input, weights, at, f, f_slope);
-        if (edges && at.starts && at.ahead.rad == 0.0) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
+        if (edges && at.starts) return lost_at_edges_with_slope(input, weights, at, f, f_slope);
     }
+    if (filters_currents(input)) return lagging_with_slope(input, weights[0], at, f, g, f_slope, g_slope);
     evaluate_sum(input, weights, at, f, g);
     evaluate_slope(input, weights, at, f_slope, g_slope);
 }

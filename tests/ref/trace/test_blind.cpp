@@ -224,6 +224,8 @@ static void the_report_calibrates_and_covers(void)
     TEST_ASSERT_TRUE_MESSAGE(text.find("| all | 4 | 3 | 33.3 % | 66.7 % | 0 | 3.5 |") != text.npos, text.c_str());
 }
 
+static blind::Case drawn(std::uint64_t seed) { return blind::draw(seed, blind::Judged::no); }
+
 // Strength is what a fit that knows nothing of the effects leaves over the floor: the tracer's own `before` judges the
 // draw.
 static void fixed_logs_are_traced(void)
@@ -251,7 +253,7 @@ static void fixed_logs_are_traced(void)
 // Without it more is left than with it, and as the rows scatter it is fourteen deviations.
 static void a_name_that_takes_most_stays(void)
 {
-    const blind::Case c = blind::draw(40065);
+    const blind::Case c = drawn(40065);
     dqw::TraceOptions options;
     options.effects = {"dead_time"};
     const dqw::TraceResult result = dqw::trace({c.log}, options);
@@ -264,7 +266,7 @@ static void a_name_that_takes_most_stays(void)
 // leaves more than they do.
 static void what_leaves_more_is_no_name(void)
 {
-    const blind::Case c = blind::draw(56550);
+    const blind::Case c = drawn(56550);
     dqw::TraceOptions options;
     options.effects = {"iron_loss", "delay"};
     const dqw::TraceResult result = dqw::trace({c.log}, options);
@@ -278,7 +280,7 @@ static void what_leaves_more_is_no_name(void)
 // The model's error may hide its value. Without it 3.3 times the floor is left, with it noise.
 static void a_name_that_takes_all_that_others_leave_stays(void)
 {
-    const blind::Case c = blind::draw(56616);
+    const blind::Case c = drawn(56616);
     dqw::TraceOptions options;
     options.effects = {"iron_loss", "flux_harmonics"};
     const dqw::TraceResult result = dqw::trace({c.log}, options);
@@ -292,7 +294,7 @@ static void a_name_that_takes_all_that_others_leave_stays(void)
 // column has. Without (E169) it reads a ninth.
 static void a_short_lag_is_known_as_well_as_it_says(void)
 {
-    const blind::Case c = blind::draw(45146);
+    const blind::Case c = drawn(45146);
     dqw::TraceOptions options;
     options.effects = {"sensor_lag"};
     const dqw::TraceResult result = dqw::trace({c.log}, options);
@@ -307,7 +309,7 @@ static void a_short_lag_is_known_as_well_as_it_says(void)
 // do, and what is given back for the noise does not decide between them. L_q of the shift is 3.8 % off.
 static void what_noise_in_a_law_may_decide_is_not_told_apart(void)
 {
-    const blind::Case c = blind::draw(54967);
+    const blind::Case c = drawn(54967);
     TEST_ASSERT_EQUAL_STRING("iron_loss", c.drawn[0].name.c_str());
     dqw::TraceOptions options;
     options.effects = {"iron_loss", "sample_shift"};
@@ -328,7 +330,7 @@ static void what_noise_in_a_law_may_decide_is_not_told_apart(void)
 // alone psi is 4.7 off.
 static void what_is_too_small_for_a_name_stands_in_the_deviations(void)
 {
-    const blind::Case c = blind::draw(55383);
+    const blind::Case c = drawn(55383);
     const dqw::TraceResult result = dqw::trace({c.log});
     TEST_ASSERT_EQUAL_STRING("clean", result.verdict.c_str());
     const auto is_psi = [](const dqw::Estimate& e) { return e.name == "psi_Wb"; };
@@ -342,7 +344,7 @@ static void what_is_too_small_for_a_name_stands_in_the_deviations(void)
 // A filter of the currents by half a period, of which a delay, taken first with the noise that it averages, left a shift.
 static void a_lag_is_no_delay_and_shift(void)
 {
-    dqw::Log log = blind::draw(56593).log;
+    dqw::Log log = drawn(56593).log;
     // A quarter of the rows, and of the catalogue what is alike, say it in a tenth of the time.
     for (const dqw::ColumnInfo& column : dqw::columns)
         if (!(log.*(column.values)).empty()) (log.*(column.values)).resize(8000);
@@ -358,7 +360,7 @@ static void a_lag_is_no_delay_and_shift(void)
 // 97 % of what is above the noise.
 static void a_drift_that_takes_all_is_named(void)
 {
-    const blind::Case c = blind::draw(55270);
+    const blind::Case c = drawn(55270);
     const dqw::TraceResult result = dqw::trace({c.log});
     TEST_ASSERT_EQUAL_size_t(1, result.effects.size());
     TEST_ASSERT_EQUAL_STRING("magnet_temperature", result.effects[0].name.c_str());

@@ -50,8 +50,8 @@ void is(double truth, double most_sd, const std::vector<Estimate>& in, const cha
 /// The winding's resistance and a switch's are in series.
 void filter_of_the_currents_under_a_clamped_leg()
 {
-    const TraceResult r = traced("drive_clamped_joint",
-                                 {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=0"});
+    const TraceResult r = traced("drive_clamped_joint", {"seed=90212", "duration_s=1", "sensing.filter_s=30e-6",
+                                                         "sensing.speed_bandwidth_rad_s=0"});
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
     effect(r, "dead_time");
@@ -90,9 +90,10 @@ void loop_that_tracks_the_angle_is_a_filter_of_the_speed()
 /// place of the other, unless the filter is said to be as good.
 void filter_beside_a_filter_is_no_shift()
 {
-    const TraceResult r = traced("drive_clamped_joint",
-                                 {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=600"},
-                                 {"dead_time", "sensor_lag", "sample_shift", "iron_loss"});
+    const TraceResult r = traced(
+        "drive_clamped_joint",
+        {"seed=90212", "duration_s=1", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=600"},
+        {"dead_time", "sensor_lag", "sample_shift", "iron_loss"});
     effect(r, "dead_time");
     is(2.0 / 600.0, 0.3e-3, effect(r, "sensor_lag").parameters, "tau_s");
     for (const TraceEffect& e : r.effects) {
