@@ -562,6 +562,27 @@ bool is_of_another_instant(const Model& model, const Refined& base, const std::v
     return false;
 }
 
+/// By how much each column of `best` is another in `other`, which has something else in the place of `name`; nothing of
+/// that one's own.
+Eigen::VectorXd moved_in(const Point& other, const Point& best, const std::string& name)
+{
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(best.columns());
+    out.head(best.base.size()) = (other.base - best.base).cwiseAbs();
+    const Eigen::VectorXd here = best.values(), there = other.values();
+    Eigen::Index at = best.base.size() + best.gain.size(), from = at;
+    auto same = other.terms.begin();
+    for (const Term& t : best.terms) {
+        const Eigen::Index n = weights_of(t.input.law) + free_shapes_of(t.input);
+        if (name_of(t.input.law) != name) {
+            if (same == other.terms.end() || same->input.law != t.input.law || from + n > there.size()) break;
+            out.segment(at, n) = (there.segment(from, n) - here.segment(at, n)).cwiseAbs();
+            from += n, ++same;
+        }
+        at += n;
+    }
+    return out;
+}
+
 }  // namespace
 
 bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, const SelectOptions& options,
@@ -580,7 +601,7 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
                                    : refine(model, without(s.best.point, found.name), kPasses);
         if (!base.ok) continue;
         found.over = better(model, base.left, s.best.left);
-        found.moved = Eigen::VectorXd::Zero(s.best.point.base.size());
+        found.moved = Eigen::VectorXd::Zero(s.best.point.columns());
         const auto is_other = [&found](const Candidate& c) {
             return c.names().size() == 1 && c.names().front() != found.name && !c.is_fault();
         };
@@ -610,7 +631,7 @@ bool look_alikes(const Model& model, const std::vector<Candidate>& candidates, c
                               t.refined.point.columns() >= s.best.point.columns() && over.nats_each > kSeparateNats &&
                               over.nats_each + s.best.left.seen - t.refined.left.seen > 2.0 * kLeastNats;
             if (!as_little || both || (over.t > apart && over.nats_each > kSeparateNats)) continue;
-            found.moved = found.moved.cwiseMax((t.refined.point.base - s.best.point.base).cwiseAbs());
+            found.moved = found.moved.cwiseMax(moved_in(t.refined.point, s.best.point, found.name));
             if (!is_listed && listed.size() < kMostAlike) found.confusable_with.push_back(t.name);
         }
     }
@@ -786,11 +807,12 @@ bool took_more(const Model& model, const Tried& other, const Tried& taken, const
            (!options.veto || options.veto(other.refined.point).empty());
 }
 
-/// Of the base, the most that one moves it by of those that make sense and gain more than chance does, though not in
-/// blocks enough. (E198) Not of those that ask for another value: at no heat, at no current.
+/// Of each column of `best`, the most that one moves it by of those that make sense and gain more than chance does, though
+/// not in blocks enough. (E198) Not of those that ask for another value: at no heat, at no current.
 Eigen::VectorXd unproven_of(const std::vector<Tried>& tried, const SelectOptions& options, const Refined& best)
 {
-    Eigen::VectorXd most = Eigen::VectorXd::Zero(best.point.base.size());
+    const Eigen::VectorXd own_values = best.point.values();
+    Eigen::VectorXd most = Eigen::VectorXd::Zero(own_values.size());
     const double own = law_noise(options, best);
     const auto asks_for_another = [](const Input& i) { return bends(i.law) || effect_of(i.law).shape == Shape::heat; };
     for (const Tried& t : tried) {
@@ -799,7 +821,8 @@ Eigen::VectorXd unproven_of(const std::vector<Tried>& tried, const SelectOptions
         const double to_noise = t.to_law_noise != 0.0 ? t.to_law_noise - own : 0.0;
         if (!t.refined.ok || t.candidate.is_fault() || !(t.over.nats + std::min(to_noise, 0.0) > kLeastNats)) continue;
         if (options.veto && !options.veto(t.refined.point).empty()) continue;
-        most = most.cwiseMax((t.refined.point.base - best.point.base).cwiseAbs());
+        // What is tried stands behind what there is.
+        most = most.cwiseMax((t.refined.point.values().head(most.size()) - own_values).cwiseAbs());
     }
     return most;
 }

@@ -92,7 +92,7 @@ struct Found {
     int round = 0;                   ///< effects of one round came together
     Better over = {};                ///< what is left without it in the place of it
     std::vector<Rival> rivals = {};  ///< those that make physical sense, by look_alikes()
-    Eigen::VectorXd moved = {};      ///< by how much the base is another at most, with one that it may be instead
+    Eigen::VectorXd moved = {};      ///< by how much a column is another at most, with one that it may be instead
 };
 
 struct Selection {
@@ -105,7 +105,7 @@ struct Selection {
     /// of those that were fitted, by how much on the rows held out
     std::vector<std::pair<std::string, Better>> fitted;
     std::vector<std::pair<std::string, std::string>> vetoed;  ///< name and reason
-    Eigen::VectorXd unproven;                                 ///< (E198), of the base; empty: none was tried
+    Eigen::VectorXd unproven;                                 ///< (E198), of the columns; empty: none was tried
     /// The point to which the last effect came, and what was tried there with it; empty where that is not the last word.
     Refined before_last;
     std::vector<Tried> beside_last;

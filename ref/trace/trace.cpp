@@ -712,6 +712,18 @@ std::string doubt_of(const Reading& r)
            " those of the log format?";
 }
 
+/// By how much columns of `then` are others, of those of `at`: of the base alone where that has other terms.
+Eigen::VectorXd moved_at(const Eigen::VectorXd& moved, const Point& then, const Point& at)
+{
+    Eigen::VectorXd out = Eigen::VectorXd::Zero(at.columns());
+    const auto alike = [](const Term& a, const Term& b) { return a.input.law == b.input.law; };
+    const bool same = moved.size() == at.columns() &&
+                      std::equal(then.terms.begin(), then.terms.end(), at.terms.begin(), at.terms.end(), alike);
+    const Eigen::Index n = std::min(same ? at.columns() : at.base.size(), moved.size());
+    out.head(n) = moved.head(n);
+    return out;
+}
+
 /// Of logs as they stand.
 Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
 {
@@ -761,10 +773,11 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
     Eigen::VectorXd hidden = hidden_loss_of(*setup, s);
     const Eigen::Index base = plain.base.size();
     const bool in_order = fault.empty() && !was_exact;
-    const Eigen::VectorXd unproven = in_order && found.selection.unproven.size() == base ? found.selection.unproven
-                                                                                         : Eigen::VectorXd::Zero(base);
+    const Point& chosen = found.selection.best.point;
+    const Eigen::VectorXd unproven = in_order ? moved_at(found.selection.unproven, chosen, s.best.point)
+                                              : Eigen::VectorXd::Zero(s.best.point.columns());
     if (s.found.empty() && in_order && !(before > kStructured * floor)) {
-        hidden.head(base) = hidden.head(base).cwiseMax(unproven);
+        hidden.head(base) = hidden.head(base).cwiseMax(unproven.head(base));
         // What the rows held out confirm, and is not named where the plain model leaves noise. (E186)
         if (!found.selection.found.empty())
             hidden.head(base) = hidden.head(base).cwiseMax((found.selection.best.point.base - plain.base).cwiseAbs());
@@ -776,9 +789,9 @@ Traced traced(const std::vector<Log>& logs, const TraceOptions& options)
                              spread_over_states(*setup, s.best);
     // (E171)
     for (const Found& f : s.found)
-        if (f.moved.size() > 0) spread.head(f.moved.size()) += f.moved;
+        if (f.moved.size() > 0) spread += moved_at(f.moved, chosen, s.best.point);
     // (E198)
-    if (!s.found.empty()) spread.head(base) = (spread.head(base).array().square() + unproven.array().square()).sqrt();
+    if (!s.found.empty()) spread = (spread.array().square() + unproven.array().square()).sqrt();
     const Eigen::VectorXd whole = whole_deviations(*setup, *setup->full, s.best),
                           sd = (whole.array().square() + spread.array().square()).sqrt();
     result.before = fit_of(*setup, judge, plain, plain_sd);
