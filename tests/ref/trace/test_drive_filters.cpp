@@ -50,8 +50,8 @@ void is(double truth, double most_sd, const std::vector<Estimate>& in, const cha
 /// The winding's resistance and a switch's are in series.
 void filter_of_the_currents_under_a_clamped_leg()
 {
-    const TraceResult r = traced("drive_clamped_joint", {"seed=90212", "duration_s=1", "sensing.filter_s=30e-6",
-                                                         "sensing.speed_bandwidth_rad_s=0"});
+    const TraceResult r = traced("drive_clamped_joint",
+                                 {"seed=90212", "sensing.filter_s=30e-6", "sensing.speed_bandwidth_rad_s=0"});
     TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
     TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
     effect(r, "dead_time");
