@@ -562,8 +562,8 @@ bool is_of_another_instant(const Model& model, const Refined& base, const std::v
     return false;
 }
 
-/// By how much each column of `best` is another in `other`, which has something else in the place of `name`; nothing of
-/// that one's own.
+/// By how much each column of `best` is another in `other`, which has something else in the place of `name`, or beside
+/// all; nothing of that one's own.
 Eigen::VectorXd moved_in(const Point& other, const Point& best, const std::string& name)
 {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(best.columns());
@@ -811,8 +811,7 @@ bool took_more(const Model& model, const Tried& other, const Tried& taken, const
 /// not in blocks enough. (E198) Not of those that ask for another value: at no heat, at no current.
 Eigen::VectorXd unproven_of(const std::vector<Tried>& tried, const SelectOptions& options, const Refined& best)
 {
-    const Eigen::VectorXd own_values = best.point.values();
-    Eigen::VectorXd most = Eigen::VectorXd::Zero(own_values.size());
+    Eigen::VectorXd most = Eigen::VectorXd::Zero(best.point.columns());
     const double own = law_noise(options, best);
     const auto asks_for_another = [](const Input& i) { return bends(i.law) || effect_of(i.law).shape == Shape::heat; };
     for (const Tried& t : tried) {
@@ -822,7 +821,7 @@ Eigen::VectorXd unproven_of(const std::vector<Tried>& tried, const SelectOptions
         if (!t.refined.ok || t.candidate.is_fault() || !(t.over.nats + std::min(to_noise, 0.0) > kLeastNats)) continue;
         if (options.veto && !options.veto(t.refined.point).empty()) continue;
         // What is tried stands behind what there is.
-        most = most.cwiseMax((t.refined.point.values().head(most.size()) - own_values).cwiseAbs());
+        most = most.cwiseMax(moved_in(t.refined.point, best.point, ""));
     }
     return most;
 }
