@@ -25,7 +25,7 @@ QUICKOPT := -O0
 endif
 QUICKOPT ?= $(OPT)
 # What a trace computes, sooner and with the same numbers: a row clears and copies some hundred bytes here and there,
-# for which GCC's generic tuning of x86-64 takes an instruction that is long to start, a fifth of the time.
+# for which GCC's generic tuning of x86-64 takes an instruction that is long to start, a sixth of the time.
 TUNE     := $(if $(filter x86_64-%,$(shell $(CXX) -dumpmachine 2>/dev/null)),-mtune=haswell)
 REFOPT   := $(if $(SANITIZE)$(filter-out file,$(origin OPT)),$(OPT),-O3 $(TUNE))
 
