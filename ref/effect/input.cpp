@@ -660,6 +660,25 @@ Vector2 of_pulses(const Input& input, double late_s, const Moment& m)
     return turned_by(turn, iron.currents(plus(flux, -iron.R, iron.currents(before))));
 }
 
+/// What the pulses add is no part of the current that the mean voltage runs.
+Moment without(Vector2 pulses, Moment at)
+{
+    at.i_d -= pulses.d, at.i_q -= pulses.q;
+    return at;
+}
+
+Vector2 shifted_in_pulses(const Input& input, double late_s, const Moment& at)
+{
+    const Vector2 more = of_pulses(input, late_s, at);
+    return plus(more, 1.0, sampled_late(without(more, at), reaching(at, at.v_next), late_s));
+}
+
+Vector2 filtered_in_pulses(const Input& input, double tau_s, const Moment& at, double slope[4] = nullptr)
+{
+    const Vector2 more = of_pulses(input, tau_s, at);
+    return plus(more, 1.0, filtered(without(more, at), tau_s, slope));
+}
+
 /// What a voltage in pulses leaves of the flux that its mean would bring, and what currents that swing about the mean
 /// voltage's add to it where iron bends, as a voltage. (E169), (E180)
 Vector2 bent_by_pulses(const Input& input, const Moment& m)
@@ -1030,14 +1049,10 @@ void evaluate_sum(const Input& input, const double weights[], const Moment& at, 
     if (input.law == Law::pulses) return void(f = plus(f, 1.0, bent_by_pulses(input, at)));
     if (input.law == Law::sample_shift) return shifted(input, weights[0], at, f, g);
     if (input.law == Law::pulsed_shift || input.law == Law::pulsed_lag) {
-        // What the pulses add is no part of the current that the mean voltage runs.
-        const Vector2 more = of_pulses(input, weights[0], at);
-        Moment run = at;
-        run.i_d -= more.d, run.i_q -= more.q;
-        const Vector2 late = input.law == Law::pulsed_shift ? sampled_late(run, reaching(at, at.v_next), weights[0])
-                                                            : filtered(run, weights[0]);
+        const Vector2 o = input.law == Law::pulsed_shift ? shifted_in_pulses(input, weights[0], at)
+                                                         : filtered_in_pulses(input, weights[0], at);
         Vector2 of_f, of_g;
-        sensor(at, plus(more, 1.0, late), of_f, of_g);
+        sensor(at, o, of_f, of_g);
         f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
         return;
     }
@@ -1163,13 +1178,10 @@ namespace {
 void lagging_with_slope(const Input& input, double tau_s, const Moment& at, Vector2& f, Vector2& g, double f_slope[4],
                         double g_slope[4])
 {
-    // What the pulses add is no part of the current that the mean voltage runs.
-    const Vector2 more = input.law == Law::pulsed_lag ? of_pulses(input, tau_s, at) : Vector2{};
-    Moment run = at;
-    run.i_d -= more.d, run.i_q -= more.q;
     double slope[4];
     Vector2 of_f, of_g;
-    sensor(at, plus(more, 1.0, filtered(run, tau_s, slope)), of_f, of_g);
+    const bool pulses = input.law == Law::pulsed_lag;
+    sensor(at, pulses ? filtered_in_pulses(input, tau_s, at, slope) : filtered(at, tau_s, slope), of_f, of_g);
     f = plus(f, 1.0, of_f), g = plus(g, 1.0, of_g);
     add_slope_of_sensor(at, slope, f_slope, g_slope);
 }
