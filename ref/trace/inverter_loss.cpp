@@ -36,7 +36,8 @@ bool loses_at_rest(const TraceSetup& setup, const Input& input)
     return input.modulation == Modulation::centred && states_a_rest(*setup.logs);
 }
 
-Refined with_law(const TraceSetup& setup, const Model& model, const Refined& found, LossLaw law)
+Refined with_law(const TraceSetup& setup, const Model& model, const Refined& found, LossLaw law,
+                 double worth = -HUGE_VAL)
 {
     Point start = found.point;
     Input& input = dead_time_of(start)->input;
@@ -45,7 +46,7 @@ Refined with_law(const TraceSetup& setup, const Model& model, const Refined& fou
     input.shape[0] *= half_of(input.loss) / half_of(law);
     input.shape[2] = law == LossLaw::edges ? link_to_fit_V(*setup.logs) : 0.0;
     input.loss = law;
-    return refine(model, start, kPasses);
+    return refine(model, start, kPasses, worth);
 }
 
 /// Beside what the legs lose, what a controller gives back by the currents that it saw. (E173)
@@ -70,7 +71,8 @@ Refined without_given_back(const Model& model, const Refined& found)
     return refine(model, start, kPasses);
 }
 
-Refined with_modulation(const Model& model, const Refined& found, Modulation modulation, double turned_rad)
+Refined with_modulation(const Model& model, const Refined& found, Modulation modulation, double turned_rad,
+                        double worth = -HUGE_VAL)
 {
     Point start = found.point;
     Term& term = *dead_time_of(start);
@@ -80,8 +82,11 @@ Refined with_modulation(const Model& model, const Refined& found, Modulation mod
     term.input.shape[2] = old.shape[2], term.input.shape[3] = old.shape[3];
     if (old.law == Law::dead_given_back) term.input.law = old.law;
     term.weights[1] = 0.0;
-    return refine(model, start, kPasses);
+    return refine(model, start, kPasses, worth);
 }
+
+/// What the rows seen have to say of a rival that those held out may prefer.
+double worth_of(const Refined& best) { return best.left.seen - kLeastNats; }
 
 bool leads(const Refined& rival, const Refined& best) { return rival.ok && rival.left.heldout > best.left.heldout; }
 
@@ -123,7 +128,7 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
             if (m == first || (term->input.free_angle && m == Modulation::clamped_high)) continue;
             for (const double turned_rad : {0.0, M_PI / 3.0}) {
                 if (turned_rad > 0.0 && !other_half) continue;
-                Refined rival = with_modulation(model, found, m, turned_rad);
+                Refined rival = with_modulation(model, found, m, turned_rad, worth_of(best));
                 if (leads(rival, best) &&
                     (m == Modulation::centred || confirmed(model, better(model, found.left, rival.left))))
                     best = std::move(rival);
@@ -146,8 +151,10 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
         if (law == dead_time_of(found.point)->input.loss) continue;
         // What is given back stands beside edges alone.
         if (dead_time_of(found.point)->input.law == Law::dead_given_back) continue;
-        Refined rival = with_law(setup, model, found, law);
-        if (law == LossLaw::edges) at_edges = rival;
+        // What is given back stands on the edges' own.
+        const bool edges = law == LossLaw::edges;
+        Refined rival = with_law(setup, model, found, law, edges ? -HUGE_VAL : worth_of(best));
+        if (edges) at_edges = rival;
         if (leads(rival, best)) best = std::move(rival);
     }
     if (dead_time_of(found.point)->input.law == Law::dead_given_back) {

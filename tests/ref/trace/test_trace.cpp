@@ -620,10 +620,12 @@ void each_single_effect_is_named()
          {"nonideal.current_gain_b=0.03"},
          {{"gain", 0.0099, 0.0004}, {"axis_rad", -M_PI / 3.0, 0.05}}},
     };
+    std::vector<std::string> names;
+    for (const auto& c : cases) names.emplace_back(c.name);
     for (const auto& c : cases) {
         std::vector<std::string> settings = c.settings;
         settings.push_back("duration_s=1");
-        const TraceResult r = dqw::trace(one_log("servo", settings));
+        const TraceResult r = among(names, one_log("servo", settings));
         only(r, c.name);
         for (const Size& size : c.sizes)
             TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(size.within, size.truth, value(r.effects[0].parameters, size.parameter),
