@@ -44,13 +44,15 @@ INC      := -I. -Ilib -Iport_q15 -Isim
 CXXINC   := $(INC) -isystem /usr/include/eigen3
 CFLAGS   ?=
 CXXFLAGS ?=
-# The headers that most of C++ reads, read once for each way to compile it: of what builds alone a sixth.
-USUAL    := algorithm array cmath cstdint functional map memory optional string vector Eigen/Core
-usual     = $(BUILD)/usual/$(1)/usual.hpp
 # The Python module takes the archives in.
 PIC      := -fPIC -fno-semantic-interposition
 C99      := -std=c99 -pedantic -Werror=implicit-function-declaration $(PIC) $(OPT) $(FP) $(SANFLAGS) -MMD -MP
 CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) $(SANCXX) -MMD -MP
+
+# The headers that most of C++ reads, read once for each way to compile it, and anew by another compiler or other flags.
+USUAL    := algorithm array cmath cstdint functional map memory optional string vector Eigen/Core
+USUALDIR := $(BUILD)/usual/$(shell echo '$(CXX) $(CXX17) $(REFOPT) $(QUICKOPT) $(CXXFLAGS)' | cksum | cut -d' ' -f1)
+usual     = $(USUALDIR)/$(1)/usual.hpp
 
 # SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then
 # include.
@@ -337,7 +339,7 @@ $(BUILD)/port_q15/%.o: port_q15/%.c
 $(BUILD)/sim/%.o: sim/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) $(WARN) -Isim $(MPIINC) $(CFLAGS) -c $< -o $@
-$(BUILD)/usual/%/usual.hpp.gch: Makefile
+$(USUALDIR)/%/usual.hpp.gch: Makefile
 	@mkdir -p $(@D)
 	@printf '#include <%s>\n' $(USUAL) >$(basename $@)
 	$(CXX) $(CXX17) $($*OPT) $(CXXINC) $(CXXFLAGS) -x c++-header $(basename $@) -o $@
