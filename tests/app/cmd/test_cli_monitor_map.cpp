@@ -84,7 +84,7 @@ int main()
 {
     UNITY_BEGIN();
     RUN_TEST(in_health_nothing_is_told);
-    // The same way as the next, twice.
+    // What an event runs others run under the sanitizers.
     if (!command::sanitized()) RUN_TEST(an_axis_that_bends_otherwise_is_named);
     if (!command::sanitized()) RUN_TEST(an_axis_whose_whole_flux_has_changed_is_told_by_either);
     return UNITY_END();
