@@ -177,6 +177,10 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     TraceEffect lag;
     lag.name = name_of(Law::sensor_lag), lag.channel = "currents";
     Estimate tau{"tau_s", filter->filter.rows * dt_s, filter->filter.sd * dt_s};
+    const double told_s = tau.sd;
+    // What a converter leaves at most, or eddies as small, which nothing tells from it: an even spread from none on.
+    tau.sd = std::hypot(tau.sd, kSampling_s / std::sqrt(3.0));
+    const double wider = told_s > 0.0 ? tau.sd / told_s : 1.0;
     for (std::size_t k = out.effects.size(); k-- > 0;) {
         if (out.effects[k].name != lag.name) continue;
         // An amplifier's before the firmware's is one lag with it; one of the speed is another.
@@ -191,7 +195,8 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     lag.confidence = confidence_of({lag.name, {}, 0, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, {}, {}}, part);
     for (Estimate& p : out.after.parameters)
         for (Eigen::Index j = 0; j < filter->moves.size(); ++j)
-            if (p.name == as_is.base_names[static_cast<std::size_t>(j)]) p.sd = std::hypot(p.sd, filter->moves[j]);
+            if (p.name == as_is.base_names[static_cast<std::size_t>(j)])
+                p.sd = std::hypot(p.sd, wider * filter->moves[j]);
     for (std::size_t c = 0; c < out.blocks.axes.size(); ++c)
         out.blocks.axes[c].residual_before = was.blocks.axes[c].residual_before;
     for (std::size_t c = 0; c < out.blocks.spectra.size() && c < was.blocks.spectra.size(); ++c)

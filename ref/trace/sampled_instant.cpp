@@ -67,7 +67,6 @@ Refined settle_instant(const TraceSetup& setup, const Model& model, Refined foun
 
 bool may_be_sampling(const Point& at, const std::string& name)
 {
-    constexpr double kSampling_s = 1e-6;
     for (const Term& t : at.terms) {
         if (name != name_of(t.input.law)) continue;
         const bool shift = t.input.law == Law::sample_shift || filters_currents(t.input);

@@ -15,6 +15,9 @@ namespace dqw {
 /// Cost  four fits for each modulation, and one
 Refined settle_instant(const TraceSetup& setup, const Model& model, Refined found);
 
+/// What a converter that takes one current after the other, and its amplifier, leave at most.
+constexpr double kSampling_s = 1e-6;
+
 /// Whether an effect of a machine's point is no more than what a converter that takes one current after the other, and
 /// its amplifier, leave of the currents: a shift or a lag, or a loss or a short by what it takes of them. (E196)
 bool may_be_sampling(const Point& at, const std::string& name);

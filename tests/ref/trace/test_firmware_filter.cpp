@@ -85,8 +85,8 @@ void filters_are_named_with_their_time_constant()
     } cases[] = {{0.6, false, false, 0.01, 0.1},
                  {1.0, true, false, 0.01, 0.1},
                  {3.0, false, true, 0.01, 0.1},
-                 {3.0, false, false, 0.0005, 0.002},
-                 {1.5, true, false, 0.0005, 0.002}};
+                 {3.0, false, false, 0.0005, 0.0025},
+                 {1.5, true, false, 0.0005, 0.005}};
     int seed = 60580;
     for (const auto& c : cases) {
         std::vector<std::string> settings{"duration_s=0.5", "seed=" + std::to_string(seed++),
@@ -138,11 +138,30 @@ void an_instant_beside_a_filter_is_none_of_its_rows()
     TEST_ASSERT_EQUAL_size_t(2, r.effects.size());
     TEST_ASSERT_EQUAL_STRING("sensor_lag", r.effects[0].name.c_str());
     TEST_ASSERT_EQUAL_STRING("sample_shift", r.effects[1].name.c_str());
-    // Without the instant beside it the rows are known five times worse.
-    is(4.0 * log.dt_s, 1.5e-4, r.effects[0].parameters, "tau_s");
+    is(4.0 * log.dt_s, 1.6e-3, r.effects[0].parameters, "tau_s");
     is(late_s, 0.02, r.effects[1].parameters, "shift_s");
-    is(2.2e-3, 2e-3, r.after.parameters, "Ld_H");
-    is(2.8e-3, 2e-3, r.after.parameters, "Lq_H");
+    is(2.2e-3, 4e-3, r.after.parameters, "Ld_H");
+    is(2.8e-3, 4e-3, r.after.parameters, "Lq_H");
+}
+
+/// Eddies that take no more of the currents than a converter leaves, L/R_fe = 0.4 us, are in the filter's rows where
+/// nothing tells them: 13 deviations, were the instant known.
+void what_a_converter_leaves_is_in_the_deviation_of_a_filter()
+{
+    std::vector<Log> logs{simulated(
+        "servo", {"duration_s=0.5", "seed=60721", "noise=0.002", "nonideal.iron_loss_S=1.5e-4"}, Beside::nothing)};
+    filter(logs[0], 1.0, false);
+    dqw::TraceOptions options;
+    options.effects = {"sensor_lag", "sample_shift", "iron_loss", "delay"};
+    const TraceResult r = dqw::trace(logs, options);
+    TEST_ASSERT_EQUAL_STRING("explained", r.verdict.c_str());
+    TEST_ASSERT_EQUAL_size_t(1, r.effects.size());
+    const Estimate& tau = *of(r.effects[0].parameters, "tau_s");
+    const double off_s = std::abs(tau.value - logs[0].dt_s);
+    TEST_ASSERT_TRUE_MESSAGE(off_s > 0.2e-6 && off_s < 2.0 * tau.sd && tau.sd < 0.7e-6,
+                             (std::to_string(tau.value) + " +- " + std::to_string(tau.sd)).c_str());
+    const Estimate& Ld = *of(r.after.parameters, "Ld_H");
+    TEST_ASSERT_TRUE(std::abs(Ld.value - 2.2e-3) < 2.0 * Ld.sd && Ld.sd < 2e-3 * 2.2e-3);
 }
 
 /// A mean over seven rows is no such filter, a filter of the continuous kind is one only where it is as slow.
@@ -179,6 +198,7 @@ int main(void)
     RUN_TEST(what_was_before_it_comes_back);
     RUN_TEST(filters_are_named_with_their_time_constant);
     RUN_TEST(an_instant_beside_a_filter_is_none_of_its_rows);
+    RUN_TEST(what_a_converter_leaves_is_in_the_deviation_of_a_filter);
     RUN_TEST(what_is_no_such_filter_is_not_named_so);
     return UNITY_END();
 }
