@@ -22,9 +22,6 @@ SANCXX   := -fno-sanitize=null,alignment,object-size,vptr
 OPT      := -O1
 # What does not compute builds faster than it runs.
 QUICKOPT := -O0
-# Binaries of 50 MB are linked in half the time.
-QUICKLD  := $(shell echo 'int main(void){return 0;}' | $(CC) -fuse-ld=gold -x c - -o /dev/null 2>/dev/null && echo -fuse-ld=gold)
-SANFLAGS += $(QUICKLD)
 endif
 QUICKOPT ?= $(OPT)
 TESTOPT  := -O0
@@ -51,7 +48,7 @@ CXX17    := -std=c++17 $(PIC) $(OPT) $(FP) $(SANFLAGS) $(SANCXX) -MMD -MP
 
 # The headers that most of C++ reads, read once for each way to compile it, and anew by another compiler or other flags.
 USUAL    := algorithm array cmath cstdint functional map memory optional string vector Eigen/Core
-USUALDIR := $(BUILD)/usual/$(shell echo '$(CXX) $(CXX17) $(REFOPT) $(QUICKOPT) $(CXXFLAGS)' | cksum | cut -d' ' -f1)
+USUALDIR := $(BUILD)/usual/$(shell (echo '$(USUAL) $(CXX17) $(REFOPT) $(QUICKOPT) $(TESTOPT) $(CXXFLAGS)'; $(CXX) --version) 2>/dev/null | cksum | cut -d' ' -f1)
 usual     = $(USUALDIR)/$(1)/usual.hpp
 
 # SUNDIALS 7 moved its context into a library of its own, and Debian builds it with MPI, whose header its own then
@@ -339,10 +336,10 @@ $(BUILD)/port_q15/%.o: port_q15/%.c
 $(BUILD)/sim/%.o: sim/%.c
 	@mkdir -p $(@D)
 	$(CC) $(C99) $(WARN) -Isim $(MPIINC) $(CFLAGS) -c $< -o $@
-$(USUALDIR)/%/usual.hpp.gch: Makefile
+$(USUALDIR)/%/usual.hpp.gch:
 	@mkdir -p $(@D)
 	@printf '#include <%s>\n' $(USUAL) >$(basename $@)
-	$(CXX) $(CXX17) $($*OPT) $(CXXINC) $(CXXFLAGS) -x c++-header $(basename $@) -o $@
+	$(CXX) $(CXX17) -MD $($*OPT) $(CXXINC) $(CXXFLAGS) -x c++-header $(basename $@) -o $@
 $(BUILD)/ref/%.o: ref/%.cpp | $(call usual,REF).gch
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(REFOPT) $(WARN) -I. -isystem /usr/include/eigen3 -include $(call usual,REF) $(CXXFLAGS) -c $< -o $@
@@ -410,4 +407,4 @@ $(C_BENCHES): %: %.o $(BUILD)/libsim.a $(BUILD)/libdqw_q15.a $(BUILD)/libdqw.a
 	$(CC) $^ $(SUNLIBS) -lm -o $@
 
 .SECONDARY:
--include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d)
+-include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(USUALDIR)/*/*.d)

@@ -116,19 +116,22 @@ TraceOptions but_for(TraceOptions options, const std::string& name)
 /// In place of a loss or a short that takes no more of the currents than a converter and its amplifier leave, which the
 /// noise that the filter is undone with hardly tells from these: the trace without it, where that explains the log by
 /// fewer effects. (E196)
-Traced but_for_sampling(Traced before, const TraceOptions& options,
-                        const std::function<Traced(const TraceOptions&)>& of)
+Traced but_for_sampling(Traced before, TraceOptions options, const std::function<Traced(const TraceOptions&)>& of)
 {
+    std::vector<TraceRejected> gone;
     for (const Law law : {Law::iron_loss, Law::turn_short}) {
         const std::string name = name_of(law);
         const auto is_it = [&name](const TraceEffect& e) { return e.name == name; };
         const auto& named = before.result.effects;
         if (std::none_of(named.begin(), named.end(), is_it) || !may_be_sampling(before.best.point, name)) continue;
-        Traced other = of(but_for(options, name));
+        const TraceOptions less = but_for(options, name);
+        Traced other = of(less);
         if (!is_explained(other) || effects_of(other) >= effects_of(before)) continue;
-        other.result.rejected.push_back({name, "what it takes is a converter's own", before.result.after.heldout_rms});
+        gone.push_back({name, "what it takes is a converter's own", before.result.after.heldout_rms});
+        options = less;
         before = std::move(other);
     }
+    before.result.rejected.insert(before.result.rejected.end(), gone.begin(), gone.end());
     return before;
 }
 
@@ -196,7 +199,7 @@ std::optional<TraceResult> behind_filter(const std::vector<Log>& logs, const Tra
     for (Estimate& p : out.after.parameters)
         for (Eigen::Index j = 0; j < filter->moves.size(); ++j)
             if (p.name == as_is.base_names[static_cast<std::size_t>(j)])
-                p.sd = std::hypot(p.sd, wider * filter->moves[j]);
+                p.sd = std::hypot(p.sd, wider * filter->moves[j], filter->frames[j]);
     for (std::size_t c = 0; c < out.blocks.axes.size(); ++c)
         out.blocks.axes[c].residual_before = was.blocks.axes[c].residual_before;
     for (std::size_t c = 0; c < out.blocks.spectra.size() && c < was.blocks.spectra.size(); ++c)

@@ -94,6 +94,7 @@ std::optional<FilterFit> fit_axes(const std::vector<Log>& logs, double pole_pair
     out.filter.sd = std::hypot(std::sqrt(square), kColour * 2.0 * middle.rows / ((1.0 + n) * (1.0 + n))) / bend;
     out.nats_each = middle.each(), out.rows = middle.rows, out.base = middle.fit.point.base;
     out.moves = (more.fit.point.base - less.fit.point.base).cwiseAbs() * (out.filter.sd / (2.0 * h));
+    out.frames = Eigen::VectorXd::Zero(out.base.size());
     return out;
 }
 
@@ -165,7 +166,7 @@ std::optional<FilterFit> fit_filter(const std::vector<Log>& logs, double pole_pa
     if (!best) return {};
     if (other && (best->nats_each - other->nats_each) * best->rows < kLeastNats) {
         best->filter.sd = std::hypot(best->filter.sd, best->filter.rows - other->filter.rows);
-        best->moves = (best->moves.array().square() + (best->base - other->base).array().square()).sqrt();
+        best->frames = (best->base - other->base).cwiseAbs();
         return best;
     }
     const std::optional<Point> sampled = sampling ? with_sampling(logs, pole_pairs, start, *best) : std::nullopt;

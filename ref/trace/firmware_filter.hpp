@@ -26,6 +26,7 @@ struct FilterFit {
     double rows = 0.0;       ///< of which
     Eigen::VectorXd base;    ///< beside it
     Eigen::VectorXd moves;   ///< of the base, what one deviation of the rows moves it by
+    Eigen::VectorXd frames;  ///< and what the other axes do, where nothing tells them
 };
 
 /// (E197). Log-likelihood of a row's currents as logged, the mean, beside such a filter and what a few passes fit with

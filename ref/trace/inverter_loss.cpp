@@ -90,6 +90,13 @@ double worth_of(const Refined& best) { return best.left.seen - kLeastNats; }
 
 bool leads(const Refined& rival, const Refined& best) { return rival.ok && rival.left.heldout > best.left.heldout; }
 
+/// The same of one that was fitted no further than to `worth`: to its end, where it leads.
+bool leads(const Model& model, Refined& rival, const Refined& best, double worth)
+{
+    if (leads(rival, best) && rival.left.seen < worth) rival = refine(model, std::move(rival), kPasses);
+    return leads(rival, best);
+}
+
 }  // namespace
 
 std::string stated_modulation(const std::vector<Log>& logs)
@@ -128,8 +135,9 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
             if (m == first || (term->input.free_angle && m == Modulation::clamped_high)) continue;
             for (const double turned_rad : {0.0, M_PI / 3.0}) {
                 if (turned_rad > 0.0 && !other_half) continue;
-                Refined rival = with_modulation(model, found, m, turned_rad, worth_of(best));
-                if (leads(rival, best) &&
+                const double worth = worth_of(best);
+                Refined rival = with_modulation(model, found, m, turned_rad, worth);
+                if (leads(model, rival, best, worth) &&
                     (m == Modulation::centred || confirmed(model, better(model, found.left, rival.left))))
                     best = std::move(rival);
             }
@@ -153,9 +161,10 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
         if (dead_time_of(found.point)->input.law == Law::dead_given_back) continue;
         // What is given back stands on the edges' own.
         const bool edges = law == LossLaw::edges;
-        Refined rival = with_law(setup, model, found, law, edges ? -HUGE_VAL : worth_of(best));
+        const double worth = edges ? -HUGE_VAL : worth_of(best);
+        Refined rival = with_law(setup, model, found, law, worth);
         if (edges) at_edges = rival;
-        if (leads(rival, best)) best = std::move(rival);
+        if (leads(model, rival, best, worth)) best = std::move(rival);
     }
     if (dead_time_of(found.point)->input.law == Law::dead_given_back) {
         const Refined rival = without_given_back(model, found);

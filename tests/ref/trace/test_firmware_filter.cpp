@@ -104,6 +104,8 @@ void filters_are_named_with_their_time_constant()
         TEST_ASSERT_EQUAL_STRING("sensor_lag", r.effects[0].name.c_str());
         TEST_ASSERT_EQUAL_STRING("currents", r.effects[0].channel.c_str());
         is(c.rows * logs[0].dt_s, c.most_part, r.effects[0].parameters, "tau_s");
+        if (c.noise < 0.001)
+            TEST_ASSERT_DOUBLE_WITHIN(0.2e-6, c.rows * logs[0].dt_s, of(r.effects[0].parameters, "tau_s")->value);
         is(0.9, 0.06, r.after.parameters, "R_ohm");
         is(2.2e-3, 0.05, r.after.parameters, "Ld_H");
         is(2.8e-3, 0.05, r.after.parameters, "Lq_H");
@@ -139,6 +141,8 @@ void an_instant_beside_a_filter_is_none_of_its_rows()
     TEST_ASSERT_EQUAL_STRING("sensor_lag", r.effects[0].name.c_str());
     TEST_ASSERT_EQUAL_STRING("sample_shift", r.effects[1].name.c_str());
     is(4.0 * log.dt_s, 1.6e-3, r.effects[0].parameters, "tau_s");
+    // Without the instant beside it 1.5 us.
+    TEST_ASSERT_DOUBLE_WITHIN(0.1e-6, 4.0 * log.dt_s, of(r.effects[0].parameters, "tau_s")->value);
     is(late_s, 0.02, r.effects[1].parameters, "shift_s");
     is(2.2e-3, 4e-3, r.after.parameters, "Ld_H");
     is(2.8e-3, 4e-3, r.after.parameters, "Lq_H");

@@ -620,7 +620,7 @@ void each_single_effect_is_named()
          {"nonideal.current_gain_b=0.03"},
          {{"gain", 0.0099, 0.0004}, {"axis_rad", -M_PI / 3.0, 0.05}}},
     };
-    std::vector<std::string> names;
+    std::vector<std::string> names{"sample_shift", "sensor_lag", "turn_short", "dead_time"};
     for (const auto& c : cases) names.emplace_back(c.name);
     for (const auto& c : cases) {
         std::vector<std::string> settings = c.settings;
