@@ -339,7 +339,7 @@ $(BUILD)/sim/%.o: sim/%.c
 $(USUALDIR)/%/usual.hpp.gch:
 	@mkdir -p $(@D)
 	@printf '#include <%s>\n' $(USUAL) >$(basename $@)
-	$(CXX) $(CXX17) -MD $($*OPT) $(CXXINC) $(CXXFLAGS) -x c++-header $(basename $@) -o $@
+	$(CXX) $(CXX17:-MMD=-MD) $($*OPT) $(CXXINC) $(CXXFLAGS) -x c++-header $(basename $@) -o $@
 $(BUILD)/ref/%.o: ref/%.cpp | $(call usual,REF).gch
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(REFOPT) $(WARN) -I. -isystem /usr/include/eigen3 -include $(call usual,REF) $(CXXFLAGS) -c $< -o $@
