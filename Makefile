@@ -340,14 +340,14 @@ $(USUALDIR)/%/usual.hpp.gch:
 	@mkdir -p $(@D)
 	@printf '#include <%s>\n' $(USUAL) >$(basename $@)
 	$(CXX) $(CXX17:-MMD=-MD) $($*OPT) $(CXXINC) $(CXXFLAGS) -x c++-header $(basename $@) -o $@
-$(BUILD)/ref/%.o: ref/%.cpp | $(call usual,REF).gch
+$(BUILD)/ref/%.o: WAY := REF
+ifdef SANITIZE
+# What asks for sums over rows builds faster than it runs as well.
+$(BUILD)/ref/trace/%.o: WAY := QUICK
+endif
+$(BUILD)/ref/%.o: ref/%.cpp | $(call usual,REF).gch $(call usual,QUICK).gch
 	@mkdir -p $(@D)
-	$(CXX) $(CXX17) $(REFOPT) $(WARN) -I. -isystem /usr/include/eigen3 -include $(call usual,REF) $(CXXFLAGS) -c $< -o $@
-# Sanitized, what asks for sums over rows builds faster than it runs as well.
-TRACE    := $(if $(SANITIZE),QUICK,REF)
-$(BUILD)/ref/trace/%.o: ref/trace/%.cpp | $(call usual,$(TRACE)).gch
-	@mkdir -p $(@D)
-	$(CXX) $(CXX17) $($(TRACE)OPT) $(WARN) -I. -isystem /usr/include/eigen3 -include $(call usual,$(TRACE)) $(CXXFLAGS) -c $< -o $@
+	$(CXX) $(CXX17) $($(WAY)OPT) $(WARN) -I. -isystem /usr/include/eigen3 -include $(call usual,$(WAY)) $(CXXFLAGS) -c $< -o $@
 $(BUILD)/app/%.o: app/%.cpp | $(call usual,QUICK).gch
 	@mkdir -p $(@D)
 	$(CXX) $(CXX17) $(QUICKOPT) $(WARN) $(CXXINC) -include $(call usual,QUICK) $(CXXFLAGS) -c $< -o $@

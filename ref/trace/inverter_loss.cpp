@@ -159,7 +159,7 @@ Refined settle_loss(const TraceSetup& setup, const Model& model, Refined found)
         if (law == dead_time_of(found.point)->input.loss) continue;
         // What is given back stands beside edges alone.
         if (dead_time_of(found.point)->input.law == Law::dead_given_back) continue;
-        // What is given back stands on the edges' own.
+        // The edges' own is where what is given back begins.
         const bool edges = law == LossLaw::edges;
         const double worth = edges ? -HUGE_VAL : worth_of(best);
         Refined rival = with_law(setup, model, found, law, worth);

@@ -163,7 +163,7 @@ void what_a_converter_leaves_is_in_the_deviation_of_a_filter()
     const Estimate& tau = *of(r.effects[0].parameters, "tau_s");
     const double off_s = std::abs(tau.value - logs[0].dt_s);
     TEST_ASSERT_TRUE_MESSAGE(off_s > 0.2e-6 && off_s < 2.0 * tau.sd && tau.sd < 0.7e-6,
-                             (std::to_string(tau.value) + " +- " + std::to_string(tau.sd)).c_str());
+                             (std::to_string(1e6 * tau.value) + " +- " + std::to_string(1e6 * tau.sd) + " us").c_str());
     const Estimate& Ld = *of(r.after.parameters, "Ld_H");
     TEST_ASSERT_TRUE(std::abs(Ld.value - 2.2e-3) < 2.0 * Ld.sd && Ld.sd < 2e-3 * 2.2e-3);
 }
