@@ -1,8 +1,11 @@
 #include "ref/model/electrical.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "ref/log/hands.hpp"
 #include "ref/log/residual.hpp"
@@ -280,11 +283,11 @@ struct ElectricalModel::Plant {
     /// Calls visit(term, moment) for each.
     template <typename Visit> void each_term(const Piece& piece, std::size_t k, Moment& m, Visit&& visit) const
     {
-        Moment winding;
-        const bool beside = (lag_s != 0.0 || later) && put_beside_line(m, winding);
+        std::optional<Moment> winding;
+        if (lag_s != 0.0 || later) put_beside_line(m, winding);
         for (const Term& t : at.terms) {
             m.state = state_at(columns(piece), t.input, k);
-            visit(t, beside && (filters_currents(t.input) || shifts_currents(t.input)) ? winding : m);
+            visit(t, winding && (filters_currents(t.input) || shifts_currents(t.input)) ? *winding : m);
         }
     }
 
@@ -304,18 +307,17 @@ struct ElectricalModel::Plant {
         });
     }
 
-    /// Behind a filter, or of another instant, without what the line's current has beside the winding's. False where that is nothing.
-    bool put_beside_line(const Moment& m, Moment& winding) const
+    /// Behind a filter, or of another instant, without what the line's current has beside the winding's, where there is
+    /// such a thing.
+    void put_beside_line(const Moment& m, std::optional<Moment>& winding) const
     {
-        bool beside = false;
         for (const Term& t : at.terms) {
             if (t.input.law != Law::iron_loss && t.input.law != Law::turn_short) continue;
-            if (!beside) winding = m, beside = true;
+            if (!winding) winding = m;
             Vector2 f, g;
-            evaluate_sum(t.input, t.weights.data(), winding, f, g);
-            winding.i_d += g.d / Ld, winding.i_q += g.q / Lq;
+            evaluate_sum(t.input, t.weights.data(), *winding, f, g);
+            winding->i_d += g.d / Ld, winding->i_q += g.q / Lq;
         }
-        return beside;
     }
 
     /// The terms' mean voltage over the period from row k, from measured currents. `v_end`: the last voltage as seen at
@@ -337,20 +339,23 @@ struct ElectricalModel::Plant {
 
 /// What the pieces of one sweep share.
 struct ElectricalModel::Pass {
+    using Schedules = std::array<GainSchedule, 2>;
+
     const Plant plant;
     const std::vector<Input>* candidates;
     const Eigen::Index columns;
     const bool effects;  ///< any, on or tried
     const Rates rates;
-    const GainSchedule schedule[2];
+    const std::vector<Schedules> schedules;  ///< of each gain that the sweep is at
+    const Groups groups;                     ///< of candidates that do not meet; none: all do
     std::vector<ResponseTable> tables;
-    std::vector<BlockSum>& sums;
 
-    Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<BlockSum>& s)
+    Pass(const ElectricalModel& m, const Point& at, const std::vector<Input>* c, std::vector<Schedules> of,
+         Groups apart = {})
         : plant(m, at, c), candidates(c), columns(columns_of(at, c)),
           effects(!at.terms.empty() || (c != nullptr && !c->empty())), rates{plant.R,    plant.Ld,      plant.Lq,
                                                                              plant.skin, m.rotor_held_, c != nullptr},
-          schedule{m.schedule(at, 0), m.schedule(at, 1)}, sums(s)
+          schedules(std::move(of)), groups(std::move(apart))
     {
         // A table is worth it from as many rows as it has nodes.
         for (const Piece& piece : m.plan_.pieces)
@@ -366,11 +371,28 @@ struct ElectricalModel::Pass {
     }
 };
 
-/// A sweep of one piece.
+/// One period of a piece.
+struct ElectricalModel::Period {
+    const std::size_t k;  ///< its first row
+    const Row row, next;  ///< at its ends
+    const double dt, w_m, w_dt;
+    const Vector2 v, v_end;  ///< its own voltage, and the last one as seen at its start
+    const Responses r;
+
+    Period(const Pass& pass, const Piece& piece, const ResponseTable* table, std::size_t at, const Row& first,
+           const Row& last, Vector2 before)
+        : k(at), row(first), next(last), dt(piece.period_s(at)), w_m(0.5 * (row.w_m_rad_s + next.w_m_rad_s)),
+          w_dt(pass.plant.pole_pairs * w_m * dt), v{row.v_d_V, row.v_q_V}, v_end(before),
+          r(table != nullptr ? table->at(w_dt) : pass.rates.at(w_dt, dt))
+    {
+    }
+};
+
+/// A sweep of one piece, at one gain.
 struct ElectricalModel::Run {
-    /// One column of the derivative: the voltage f and the flux g that one unit of a weight adds at a period's ends.
+    /// One column of the derivative: the flux that one unit of a weight takes at a period's start, and at its end.
     struct Lane {
-        Vector2 f0, g0, f1, g1;
+        Vector2 start, end;
     };
     /// One period: the currents at its end, and its equation's slopes by the currents at its two ends.
     struct Step {
@@ -379,27 +401,27 @@ struct ElectricalModel::Run {
     };
 
     const Pass& pass;
+    const Pass::Schedules& schedule;
+    const Run* const first;  ///< whose currents tell what candidates take; null: it is that
     const Plant& plant;
     const ElectricalModel& model;
     const Span& span;
     const Piece& piece;
-    RowReader& rows;
-    Row row, next;  ///< at a period's ends
-    const ResponseTable* const table;
-    const Eigen::Index columns;
     const std::size_t first_gain, first_input;
+    Vector2 i;  ///< at a period's start
     std::vector<Lane> lanes;
     std::vector<Vector2> s;  ///< derivatives of the currents
     Vector2 last_taken;      ///< by the terms, of flux at the last period's end
     Matrix2 missed;  ///< of straight terms by the currents: slopes that evaluate_slope() leaves out, as last seen
     Units units;
     Gather gather;
+    bool ok = true;  ///< it has numbers
 
-    Run(const Pass& p, const Span& of, RowReader& reader)
-        : pass(p), plant(p.plant), model(plant.model), span(of), piece(*of.piece), rows(reader),
-          row(rows.at(*piece.log, of.begin)), next(row), table(p.table(piece)), columns(p.columns),
-          first_gain(static_cast<std::size_t>(plant.at.base.size())), first_input(first_gain + 2),
-          lanes(static_cast<std::size_t>(columns)), s(lanes.size()), gather(model.plan_, of, 2, p.sums)
+    Run(const Pass& p, const Pass::Schedules& gains, const Span& of, Vector2 begin, std::vector<BlockSum>& sums,
+        Fold fold, const Run* other)
+        : pass(p), schedule(gains), first(other), plant(p.plant), model(plant.model), span(of), piece(*of.piece),
+          first_gain(static_cast<std::size_t>(plant.at.base.size())), first_input(first_gain + 2), i(begin),
+          lanes(static_cast<std::size_t>(p.columns)), s(lanes.size()), gather(model.plan_, of, 2, sums, fold, p.groups)
     {
     }
 
@@ -440,59 +462,65 @@ struct ElectricalModel::Run {
     }
 
     /// A step changed what straight terms take by so much more than their slopes told: Broyden's update.
-    void miss(Vector2 step, Vector2 more, Vector2 i)
+    void miss(Vector2 step, Vector2 more, Vector2 currents)
     {
-        if (!(size_of(step) > kTelling * size_of(i))) return;
+        if (!(size_of(step) > kTelling * size_of(currents))) return;
         const Vector2 off = more - missed * step;
         const double k = 1.0 / (step.d * step.d + step.q * step.q);
         missed = missed + k * Matrix2{off.d * step.d, off.d * step.q, off.q * step.d, off.q * step.q};
     }
 
     /// The rest of a period with effects, and, where they are asked for, the derivatives by their weights.
-    void with_effects(std::size_t k, double dt, const Hold& hold, const Matrix2& B, Vector2 x, Vector2 i, Vector2 v_end,
-                      Step& step)
+    void with_effects(const Period& at, const Hold& hold, Vector2 x, Step& step)
     {
-        const Matrix2 Bs = hold.sinc * B, P = Bs * hold.to_end, Q = Bs * hold.to_start;
-        Moment m0 = plant.moment(piece, k, row, i, v_end, dt),
-               m1 = plant.moment(piece, k + 1, next, step.next, hold.end, dt);
-        hold.pair(m0, m1);
-        plant.put_lost(m0), plant.put_lost(m1);
-        plant.put_meeting(piece, k, m0, m1);
-        if (!plant.at.terms.empty()) {
-            Taken bent, straight;
-            plant.sum_terms(piece, k, m0, bent, straight);
-            step.by_start = step.by_start + (-1.0) * (Q * (bent.slope(-dt) + straight.slope(-dt)));
-            end(k, dt, P, x - Q * (bent.flux(-dt) + straight.flux(-dt)), m1, step);
+        const Matrix2 Bs = hold.sinc * at.r[0].B(), P = Bs * hold.to_end, Q = Bs * hold.to_start;
+        const std::vector<Term>& terms = plant.at.terms;
+        std::size_t told = first_input;  // the first column that the first run tells
+        if (first == nullptr || !terms.empty()) {
+            const std::size_t k = at.k;
+            Moment m0 = plant.moment(piece, k, at.row, i, at.v_end, at.dt),
+                   m1 = plant.moment(piece, k + 1, at.next, step.next, hold.end, at.dt);
+            hold.pair(m0, m1);
+            plant.put_lost(m0), plant.put_lost(m1);
+            plant.put_meeting(piece, k, m0, m1);
+            if (!terms.empty()) {
+                Taken bent, straight;
+                plant.sum_terms(piece, k, m0, bent, straight);
+                step.by_start = step.by_start + (-1.0) * (Q * (bent.slope(-at.dt) + straight.slope(-at.dt)));
+                end(k, at.dt, P, x - Q * (bent.flux(-at.dt) + straight.flux(-at.dt)), m1, step);
+            }
+            if (pass.candidates == nullptr) return;
+            plant.put_currents(piece, k + 1, m1, step.next);
+            static const std::vector<Input> none;
+            const std::vector<Input>& candidates = first == nullptr ? *pass.candidates : none;
+            const TraceColumns& c = plant.columns(piece);
+            const double inv_dt = 1.0 / at.dt;
+            put_inputs(terms, candidates, c, k, m0, units,
+                       [&](Vector2 f, Vector2 g) { lanes[told++].start = inv_dt * g - 0.5 * f; });
+            told = first_input;
+            put_inputs(terms, candidates, c, k + 1, m1, units,
+                       [&](Vector2 f, Vector2 g) { lanes[told++].end = inv_dt * g + 0.5 * f; });
         }
-        if (pass.candidates == nullptr) return;
-        plant.put_currents(piece, k + 1, m1, step.next);
-        const TraceColumns& c = plant.columns(piece);
-        std::size_t j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k, m0, units,
-                   [&](Vector2 f, Vector2 g) { lanes[j].f0 = f, lanes[j].g0 = g, ++j; });
-        j = first_input;
-        put_inputs(plant.at.terms, *pass.candidates, c, k + 1, m1, units,
-                   [&](Vector2 f, Vector2 g) { lanes[j].f1 = f, lanes[j].g1 = g, ++j; });
         const Matrix2 J = inverse(step.by_end), T = J * step.by_start, S = J * Q, E = J * P;
-        const double inv_dt = 1.0 / dt;
-        for (j = first_input; j < lanes.size(); ++j) {
-            const Lane& l = lanes[j];
-            s[j] = T * s[j] + S * (inv_dt * l.g0 - 0.5 * l.f0) - E * (inv_dt * l.g1 + 0.5 * l.f1);
+        for (std::size_t j = first_input; j < lanes.size(); ++j) {
+            const Lane& l = j < told ? lanes[j] : first->lanes[j];
+            s[j] = T * s[j] + S * l.start - E * l.end;
         }
     }
 
     /// Derivatives by the base parameters and the gains.
-    void base_slopes(const Responses& r, double w_e, double dt, Vector2 i, Vector2 v, const Step& step, double w_m_dt)
+    void base_slopes(const Period& at, const Step& step)
     {
-        const double Ld = plant.Ld, Lq = plant.Lq, R_dt = pass.rates.resistance(w_e) * dt;
-        const Vector2 x{Ld * i.d, Lq * i.q}, by_a = r[1](x, v, plant.psi), by_b = r[2](x, v, plant.psi);
+        const double Ld = plant.Ld, Lq = plant.Lq, dt = at.dt, R_dt = pass.rates.resistance(at.w_dt / dt) * dt;
+        const Responses& r = at.r;
+        const Vector2 v = at.v, x{Ld * i.d, Lq * i.q}, by_a = r[1](x, v, plant.psi), by_b = r[2](x, v, plant.psi);
         const Matrix2 J = inverse(step.by_end), T = J * step.by_start, A = r[0].A();
         const auto put = [&](std::size_t j, Vector2 flux) { s[j] = T * s[j] + J * flux; };
         put(kR, (dt / Ld) * by_a + (dt / Lq) * by_b);
         put(kLd, A * Vector2{i.d, 0.0} - Vector2{step.next.d, 0.0} - (R_dt / (Ld * Ld)) * by_a);
         put(kLq, A * Vector2{0.0, i.q} - Vector2{0.0, step.next.q} - (R_dt / (Lq * Lq)) * by_b);
         put(kPsi, r[0].C());
-        if (first_gain > kPolePairs) put(kPolePairs, w_m_dt * r[3](x, v, plant.psi));
+        if (first_gain > kPolePairs) put(kPolePairs, at.w_m * dt * r[3](x, v, plant.psi));
         for (std::size_t j : {first_gain, first_gain + 1}) s[j] = T * s[j];
     }
 
@@ -506,50 +534,63 @@ struct ElectricalModel::Run {
         return shrink < 1.0 ? std::max(shrink, 0.0) * std::max(shrink, 0.0) : 1.0;
     }
 
-    /// Corrects the currents i by the error e of row k, and their derivatives.
-    Vector2 correct(std::size_t k, Vector2 i, Vector2 e, double left)
+    /// Corrects the currents by the error e of row k, and their derivatives.
+    Vector2 corrected(std::size_t k, Vector2 predicted, Vector2 e, double left)
     {
         const std::size_t n = k - span.begin - 1;
-        const double k_d = 1.0 - left * (1.0 - pass.schedule[0].gain(n)),
-                     k_q = 1.0 - left * (1.0 - pass.schedule[1].gain(n));
+        const double k_d = 1.0 - left * (1.0 - schedule[0].gain(n)), k_q = 1.0 - left * (1.0 - schedule[1].gain(n));
         for (Vector2& by : s) by.d *= 1.0 - k_d, by.q *= 1.0 - k_q;
         if (!s.empty()) {
-            s[first_gain].d += left * pass.schedule[0].slope(n) * e.d;
-            s[first_gain + 1].q += left * pass.schedule[1].slope(n) * e.q;
+            s[first_gain].d += left * schedule[0].slope(n) * e.d;
+            s[first_gain + 1].q += left * schedule[1].slope(n) * e.q;
         }
-        return {i.d + k_d * e.d, i.q + k_q * e.q};
+        return {predicted.d + k_d * e.d, predicted.q + k_q * e.q};
     }
 
-    bool run()
+    /// `hold`: null without effects.
+    void go_on(const Period& at, const Hold* hold)
     {
-        Vector2 i{row.i_d_A, row.i_q_A};
-        Held held = held_from(row);
-        for (std::size_t k = span.begin; k + 1 < span.end; ++k) {
-            ask_at(k);
-            next = rows.at(*piece.log, k + 1);
-            const double dt = piece.period_s(k), w_m = 0.5 * (row.w_m_rad_s + next.w_m_rad_s),
-                         w_dt = plant.pole_pairs * w_m * dt;
-            const Responses r = table != nullptr ? table->at(w_dt) : pass.rates.at(w_dt, dt);
-            const Vector2 v{row.v_d_V, row.v_q_V}, x = r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, v, plant.psi);
-            Step step{{x.d / plant.Ld, x.q / plant.Lq},
-                      r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
-                      {plant.Ld, 0.0, 0.0, plant.Lq}};
-            if (pass.effects) {
-                const Vector2 v_end = held[0];
-                const Hold hold(0.5 * w_dt, v, held, model.rotor_held_, plant.past);
-                with_effects(k, dt, hold, r[0].B(), x, i, v_end, step);
-            }
-            if (!std::isfinite(step.next.d) || !std::isfinite(step.next.q)) return false;
-            if (columns > 0) base_slopes(r, w_dt / dt, dt, i, v, step, w_m * dt);
-            const Vector2 e = Vector2{next.i_d_A, next.i_q_A} - step.next;
-            count(k + 1, e);
-            i = correct(k + 1, step.next, e, left_of(step, r[0].A()));
-            row = next;
-        }
-        gather.flush();
-        return true;
+        const Vector2 x = at.r[0](Vector2{plant.Ld * i.d, plant.Lq * i.q}, at.v, plant.psi);
+        Step step{{x.d / plant.Ld, x.q / plant.Lq},
+                  at.r[0].A() * Matrix2{plant.Ld, 0.0, 0.0, plant.Lq},
+                  {plant.Ld, 0.0, 0.0, plant.Lq}};
+        if (hold != nullptr) with_effects(at, *hold, x, step);
+        ok = std::isfinite(step.next.d) && std::isfinite(step.next.q);
+        if (!ok) return;
+        if (!lanes.empty()) base_slopes(at, step);
+        const Vector2 e = Vector2{at.next.i_d_A, at.next.i_q_A} - step.next;
+        count(at.k + 1, e);
+        i = corrected(at.k + 1, step.next, e, left_of(step, at.r[0].A()));
     }
 };
+
+/// Runs through one span at each of a pass' gains; `sums[n]`, `ok[n]`: of the n-th. None goes on where the first is lost.
+void ElectricalModel::run_through(const Pass& pass, const Span& span, RowReader& rows, Fold fold,
+                                  const std::vector<std::vector<BlockSum>*>& sums, std::vector<char>& ok) const
+{
+    const Piece& piece = *span.piece;
+    Row row = rows.at(*piece.log, span.begin);
+    std::vector<Run> runs;
+    runs.reserve(pass.schedules.size());
+    for (std::size_t n = 0; n < pass.schedules.size(); ++n)
+        runs.emplace_back(pass, pass.schedules[n], span, Vector2{row.i_d_A, row.i_q_A}, *sums[n], fold,
+                          n > 0 ? &runs.front() : nullptr);
+    const ResponseTable* const table = pass.table(piece);
+    Held held = held_from(row);
+    std::optional<Hold> hold;
+    for (std::size_t k = span.begin; k + 1 < span.end && runs.front().ok; ++k) {
+        ask_at(k);
+        const Period at(pass, piece, table, k, row, rows.at(*piece.log, k + 1), held[0]);
+        if (pass.effects) hold.emplace(0.5 * at.w_dt, at.v, held, rotor_held_, pass.plant.past);
+        for (Run& run : runs)
+            if (run.ok) run.go_on(at, hold ? &*hold : nullptr);
+        row = at.next;
+    }
+    for (std::size_t n = 0; n < runs.size(); ++n) {
+        runs[n].gather.flush();
+        ok[n] = runs[n].ok && runs.front().ok;
+    }
+}
 
 /// Works out blocks of the reported residual at several points.
 struct ElectricalModel::Reporter {
@@ -713,17 +754,62 @@ bool ElectricalModel::work(const Point& at, const std::vector<Input>* candidates
 {
     sums = empty_sums(plan_.blocks.size(), 2, columns_of(at, candidates));
     if (!Plant(*this, at).in_domain()) return false;
-    const Pass pass(*this, at, candidates, sums);
+    const Pass pass(*this, at, candidates, {{schedule(at, 0), schedule(at, 1)}});
     // Blocks are of one span alone: these are worked on side by side, and the sums do not depend on how.
     std::atomic<bool> ok{true};
     side_by_side(
         spans.size(), [&] { return RowReader(noise_); },
         [&](std::size_t n, RowReader& rows) {
-            if (!Run(pass, spans[n], rows).run()) ok = false;
+            std::vector<char> its{1};
+            run_through(pass, spans[n], rows, Fold::none, {&sums}, its);
+            if (!its.front()) ok = false;
         });
     for (BlockSum& s : sums)
         for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
     return ok;
+}
+
+std::vector<std::vector<BlockSum>> ElectricalModel::sweep_gains(const std::vector<Point>& at,
+                                                                const std::vector<std::vector<Input>>& candidates,
+                                                                bool whole) const
+{
+    const Point& first = at.front();
+    std::vector<std::vector<BlockSum>> out(at.size());
+    if (!Plant(*this, first).in_domain()) return out;
+    std::vector<Pass::Schedules> schedules;
+    std::size_t forgets = 0;
+    for (const Point& point : at) {
+        schedules.push_back({schedule(point, 0), schedule(point, 1)});
+        for (const GainSchedule& s : schedules.back()) forgets = std::max(forgets, s.forgets_in());
+    }
+    const std::vector<Span> spans = whole ? spans_of(plan_) : spans_of(plan_, false, kPast + forgets);
+    std::vector<Input> inputs;
+    Groups groups{first.columns()};
+    for (const std::vector<Input>& group : candidates) {
+        inputs.insert(inputs.end(), group.begin(), group.end());
+        groups.push_back(columns_of(first, &inputs));
+    }
+    const Pass pass(*this, first, &inputs, std::move(schedules), std::move(groups));
+    std::vector<std::vector<std::vector<BlockSum>>> sums(spans.size());
+    std::vector<std::vector<char>> ok(spans.size(), std::vector<char>(at.size(), 1));
+    side_by_side(
+        spans.size(), [&] { return RowReader(noise_); },
+        [&](std::size_t n, RowReader& rows) {
+            sums[n].assign(at.size(), empty_sums(2, 2, pass.columns));
+            std::vector<std::vector<BlockSum>*> of;
+            for (std::vector<BlockSum>& s : sums[n]) of.push_back(&s);
+            run_through(pass, spans[n], rows, Fold::kinds, of, ok[n]);
+        });
+    for (std::size_t p = 0; p < at.size(); ++p) {
+        const bool all = std::all_of(ok.begin(), ok.end(), [p](const std::vector<char>& of) { return of[p] != 0; });
+        if (!all || spans.empty()) continue;
+        out[p] = std::move(sums.front()[p]);
+        for (std::size_t n = 1; n < spans.size(); ++n)
+            for (std::size_t kind : {0, 1}) add_to(out[p][kind], sums[n][p][kind]);
+        for (BlockSum& s : out[p])
+            for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
+    }
+    return out;
 }
 
 }  // namespace dqw

@@ -41,14 +41,20 @@ public:
     bool sweep(const Point& at, const std::vector<Input>* candidates, std::vector<BlockSum>& sums) const override;
     bool sweep_some(const Point& at, const std::vector<Input>* candidates, bool heldout,
                     std::vector<BlockSum>& sums) const override;
+    std::vector<std::vector<BlockSum>> sweep_gains(const std::vector<Point>& at,
+                                                   const std::vector<std::vector<Input>>& candidates,
+                                                   bool whole) const override;
 
 private:
     struct Plant;
     struct Pass;
+    struct Period;
     struct Run;
     struct Reporter;
     bool work(const Point& at, const std::vector<Input>* candidates, const std::vector<Span>& spans,
               std::vector<BlockSum>& sums) const;
+    void run_through(const Pass& pass, const Span& span, RowReader& rows, Fold fold,
+                     const std::vector<std::vector<BlockSum>*>& sums, std::vector<char>& ok) const;
     GainSchedule schedule(const Point& at, int axis) const;
     void report_blocks(const std::vector<Point>& at, std::size_t rows, const WantedBlock& wanted,
                        const std::function<void(const std::vector<ReportBlock>&)>& visit) const;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "ref/model/plan.hpp"
+
 namespace dqw {
 
 Eigen::Index Point::columns() const
@@ -54,6 +56,12 @@ bool operator==(const Point& a, const Point& b)
            std::equal(a.terms.begin(), a.terms.end(), b.terms.begin(), b.terms.end(), alike);
 }
 
+void add_to(BlockSum& sum, const BlockSum& more)
+{
+    sum.rows += more.rows;
+    for (std::size_t c = 0; c < sum.gram.size(); ++c) sum.gram[c] += more.gram[c];
+}
+
 Eigen::MatrixXd total_of(const std::vector<BlockSum>& sums, std::size_t channel)
 {
     Eigen::MatrixXd total = sums.front().gram[channel];
@@ -80,6 +88,21 @@ std::vector<ReportBlock> Model::report_some(const Point& at, const WantedBlock& 
     std::vector<ReportBlock> out;
     for (const ReportBlock& b : report(at, 0))
         if (wanted(*b.log, b.begin, b.end)) out.push_back(b);
+    return out;
+}
+
+std::vector<std::vector<BlockSum>> Model::sweep_gains(const std::vector<Point>& at,
+                                                      const std::vector<std::vector<Input>>& candidates,
+                                                      bool whole) const
+{
+    std::vector<Input> inputs;
+    for (const std::vector<Input>& group : candidates) inputs.insert(inputs.end(), group.begin(), group.end());
+    std::vector<std::vector<BlockSum>> out;
+    for (const Point& point : at) {
+        std::vector<BlockSum> sums;
+        const bool ok = whole ? sweep(point, &inputs, sums) : sweep_some(point, &inputs, false, sums);
+        out.push_back(ok ? folded(plan(), sums) : std::vector<BlockSum>());
+    }
     return out;
 }
 

@@ -73,6 +73,7 @@ struct BlockSum {
     std::vector<Eigen::MatrixXd> gram;
 };
 
+void add_to(BlockSum& sum, const BlockSum& more);
 /// Sum over all blocks of one channel's.
 Eigen::MatrixXd total_of(const std::vector<BlockSum>& sums, std::size_t channel);
 /// `count` empty sums of n columns and e.
@@ -115,6 +116,14 @@ public:
         (void)heldout;
         return sweep(at, candidates, sums);
     }
+
+    /// Of points that differ in their gains alone, what those sums add up to: of the rows seen, and of those held out, the
+    /// latter empty without `whole` where a model saves work by it. All may have the candidates' columns as they are at
+    /// the first one's currents, and zeros where two groups of candidates meet. Nothing of a point outside the model's
+    /// domain.
+    virtual std::vector<std::vector<BlockSum>> sweep_gains(const std::vector<Point>& at,
+                                                           const std::vector<std::vector<Input>>& candidates,
+                                                           bool whole) const;
 
     bool pass(const Point& at, const std::vector<Input>& candidates, std::vector<BlockSum>& sums) const
     {

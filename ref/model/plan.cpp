@@ -38,6 +38,22 @@ Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_
     return plan;
 }
 
+Plan folded_plan()
+{
+    Plan plan;
+    plan.blocks.resize(2);
+    plan.blocks[1].heldout = true;
+    return plan;
+}
+
+std::vector<BlockSum> folded(const Plan& plan, const std::vector<BlockSum>& sums)
+{
+    const auto& gram = sums.front().gram;
+    std::vector<BlockSum> two = empty_sums(2, static_cast<int>(gram.size()), gram.front().rows() - 1);
+    for (std::size_t b = 0; b < sums.size(); ++b) add_to(two[plan.blocks[b].heldout ? 1 : 0], sums[b]);
+    return two;
+}
+
 std::vector<Span> spans_of(const Plan& plan)
 {
     std::vector<Span> out;

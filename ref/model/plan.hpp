@@ -10,6 +10,13 @@ namespace dqw {
 /// `guard` rows of a stretch count in neither.
 Plan alternate_plan(std::vector<Piece> pieces, std::size_t stretches, std::size_t fine, std::size_t guard);
 
+/// Whether each block of a plan has its sum, or all that are seen have one, and all that are held out another.
+enum class Fold { none, kinds };
+/// What the latter are the sums of: a plan of two blocks.
+Plan folded_plan();
+/// The same sums, of each block's.
+std::vector<BlockSum> folded(const Plan& plan, const std::vector<BlockSum>& sums);
+
 /// Rows of a piece that a prediction runs through, and the blocks that are judged on its way.
 struct Span {
     const Piece* piece = nullptr;

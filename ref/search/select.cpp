@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "ref/fit/explain.hpp"
+#include "ref/model/plan.hpp"
+#include "ref/model/replanned.hpp"
 
 namespace dqw {
 namespace {
@@ -139,7 +141,7 @@ struct Screened {
     const Candidate* candidate = nullptr;
 };
 
-/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen. They rank by the rows held
+/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen, as it is at `at`. They rank by the rows held
 /// out, with `whole` or where a model has those anyway, else by the rows seen less what a weight of nothing takes of them
 /// and leaves of others (Akaike's).
 std::vector<Screened> screen(const Model& model, const Point& at, const std::vector<const Candidate*>& candidates,
@@ -147,29 +149,33 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
 {
     std::vector<Screened> out(candidates.size());
     std::vector<Input> inputs;
+    std::vector<std::vector<Input>> groups;
     std::vector<Eigen::Index> first;
     Eigen::Index column = at.columns();
     for (const Candidate* c : candidates) {
         first.push_back(column);
+        groups.push_back(c->inputs);
         for (const Input& i : c->inputs) inputs.push_back(i);
         column += weights_of(*c);
     }
     std::vector<double> gains{0.0};
-    if (model.gains() > 0) gains.insert(gains.end(), std::begin(kScreenGains), std::end(kScreenGains));
-    for (double gain : gains) {
+    std::vector<Point> points{at};
+    for (double gain : kScreenGains) {
+        if (model.gains() == 0) break;
         Point there = at;
-        if (gain > 0.0) there.gain.setConstant(gain);
+        there.gain.setConstant(gain);
         // Within a factor of two of what is screened already.
-        if (gain > 0.0 &&
-            ((there.gain - at.gain).cwiseAbs().array() < 0.5 * there.gain.cwiseMax(at.gain).array()).all())
-            continue;
-        std::vector<BlockSum> sums;
-        if (options.tick) options.tick();
-        if (!(whole ? model.pass(there, inputs, sums) : model.sweep_some(there, &inputs, false, sums))) continue;
-        const auto& blocks = model.plan().blocks;
-        bool has_heldout = false;
-        for (std::size_t b = 0; b < sums.size(); ++b) has_heldout |= blocks[b].heldout && sums[b].rows > 0.0;
-        const Seen seen = seen_of(model, sums);
+        if (((there.gain - at.gain).cwiseAbs().array() < 0.5 * there.gain.cwiseMax(at.gain).array()).all()) continue;
+        gains.push_back(gain), points.push_back(there);
+    }
+    if (options.tick) options.tick();
+    const Replanned both(model, folded_plan());
+    const std::vector<std::vector<BlockSum>> sums = model.sweep_gains(points, groups, whole);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+        if (sums[p].empty()) continue;
+        const Point& there = points[p];
+        const bool has_heldout = sums[p].back().rows > 0.0;
+        const Seen seen = seen_of(both, sums[p]);
         const Prior prior = prior_of(there, inputs);
         for (std::size_t c = 0; c < candidates.size(); ++c) {
             const int n = weights_of(*candidates[c]);
@@ -177,13 +183,13 @@ std::vector<Screened> screen(const Model& model, const Point& at, const std::vec
             // The gain stays: a step of it is far from linear.
             use.erase(use.begin() + at.base.size(), use.begin() + at.base.size() + at.gain.size());
             const Eigen::VectorXd delta = linear_step(model, seen, use, 0.0, prior);
-            const Left left = left_after(model, sums, delta);
+            const Left left = left_after(both, sums[p], delta);
             if (left.seen <= out[c].seen) continue;
             Point end = there;
             end.set(there.values() + delta.head(at.columns()));
             const Eigen::VectorXd weights = delta.segment(first[c], n);
             const double rank = has_heldout ? left.heldout : left.seen - n;
-            out[c] = {left.seen, rank, gain, weights, joined(end, *candidates[c], &weights), candidates[c]};
+            out[c] = {left.seen, rank, gains[p], weights, joined(end, *candidates[c], &weights), candidates[c]};
         }
     }
     return out;

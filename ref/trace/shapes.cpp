@@ -37,28 +37,6 @@ struct Choice {
     double heldout = -HUGE_VAL;
 };
 
-/// Two blocks in the place of many: the rows seen and those held out. Their sums are all that a linear step needs.
-Plan folded_plan()
-{
-    Plan plan;
-    plan.blocks.resize(2);
-    plan.blocks[1].heldout = true;
-    return plan;
-}
-
-std::vector<BlockSum> folded(const Model& model, const std::vector<BlockSum>& sums)
-{
-    std::vector<BlockSum> two(2);
-    for (BlockSum& s : two)
-        for (const Eigen::MatrixXd& g : sums.front().gram) s.gram.push_back(Eigen::MatrixXd::Zero(g.rows(), g.cols()));
-    for (std::size_t b = 0; b < sums.size(); ++b) {
-        BlockSum& to = two[model.plan().blocks[b].heldout ? 1 : 0];
-        to.rows += sums[b].rows;
-        for (std::size_t c = 0; c < to.gram.size(); ++c) to.gram[c] += sums[b].gram[c];
-    }
-    return two;
-}
-
 constexpr double kLeastPart = 0.1;  ///< of a start: from it refine() comes back in two passes
 
 /// Linear steps from one point, for any shapes: all of them are columns of the same sums.
@@ -76,9 +54,10 @@ public:
                 for (const Input& input : c->inputs) inputs.push_back(input), column += weights_of(input.law);
             }
         }
-        ok_ = model.pass(at, inputs, sums_);
+        sums_ = model.sweep_gains({at}, {inputs}, true).front();
+        ok_ = !sums_.empty();
         prior_ = prior_of(at, inputs);
-        if (ok_) sums_ = folded(model, sums_), seen_ = seen_of(model_, sums_);
+        if (ok_) seen_ = seen_of(model_, sums_);
     }
     bool ok() const { return ok_; }
 

@@ -1,6 +1,7 @@
 // Drives as they are built, through the monitor in both arithmetics: an inverter that switches and loses what no log
 // says, an observer, a compensation that gives back too much, a voltage logged as decided. The deviations hold, what is
 // usable is right, and nothing is told where nothing has happened.
+// Plain only: long, and what it runs others run under the sanitizers.
 #include "app/q15/monitor_config.h"
 #include "dqw_monitor.h"
 #include "dqw_monitor_q15.h"

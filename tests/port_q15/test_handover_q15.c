@@ -1,5 +1,6 @@
 // Samples interrupt the background of estimator and monitor in whole numbers after any one of its instructions: what is
 // learned is what would be learned had they come behind it, to the bit.
+// Plain only: single steps of the processor, and what they run others run under the sanitizers.
 #include "preempt.h"
 // The above comes first: it asks for the names of the registers.
 #include "dqw_monitor_q15.h"
