@@ -95,6 +95,59 @@ void a_winding_without_resistance()
     }
 }
 
+/// At several gains at once the sums are those at each: without candidates all of them, and of the first gain's all but
+/// where two groups meet; at another gain what a candidate takes is told by other currents, which differ by the noise.
+void gains_side_by_side()
+{
+    const std::vector<dqw::Log> logs = at_rest();
+    const std::vector<dqw::TraceColumns> columns{dqw::trace_columns(logs[0], 1.0, 1.0, 1.0)};
+    const dqw::ElectricalModel model{logs, columns, 1.0,
+                                     dqw::alternate_plan(dqw::pieces_of(logs, 30), kStretches, 10, 60)};
+    const std::vector<std::vector<dqw::Input>> groups{{{dqw::Law::iron_loss, {1.0}}}, {{dqw::Law::saturation, {5.0}}}};
+    const std::vector<dqw::Input> flat{groups[0][0], groups[1][0]};
+    const std::vector<std::vector<dqw::Term>> terms{{}, {{{dqw::Law::delay, {}}, {0.02}}}};
+    for (const std::vector<dqw::Term>& of : terms) {
+        std::vector<dqw::Point> at(3);
+        for (std::size_t n = 0; n < 3; ++n) {
+            const double gain = n == 0 ? 0.3 : n == 1 ? 0.02 : 1.0;
+            at[n].base = Eigen::Vector4d(R, L, L, 0.01), at[n].gain = Eigen::Vector2d(gain, gain);
+            at[n].terms = of;
+        }
+        const auto sums = model.sweep_gains(at, groups, true);
+        for (std::size_t n = 0; n < 3; ++n) {
+            std::vector<dqw::BlockSum> each;
+            TEST_ASSERT_TRUE(model.pass(at[n], flat, each));
+            const std::vector<dqw::BlockSum> own = dqw::folded(model.plan(), each);
+            TEST_ASSERT_EQUAL_size_t(2, sums[n].size());
+            for (std::size_t kind : {0, 1}) {
+                TEST_ASSERT_EQUAL_DOUBLE(own[kind].rows, sums[n][kind].rows);
+                for (int axis : {0, 1}) {
+                    const Eigen::MatrixXd &a = own[kind].gram[axis], &c = sums[n][kind].gram[axis];
+                    const Eigen::Index last = a.rows() - 1, first = at[n].columns(), second = first + 1;
+                    const Eigen::VectorXd unit = a.diagonal().cwiseMax(1e-30).cwiseSqrt();
+                    Eigen::MatrixXd off = (c - a).cwiseQuotient(unit * unit.transpose()).cwiseAbs();
+                    const Eigen::Index others = last - second;
+                    TEST_ASSERT_TRUE(c.block(first, second, 1, others).isZero(0.0));
+                    TEST_ASSERT_FALSE(a.block(first, second, 1, others).isZero(0.0));
+                    off.block(first, second, 1, others).setZero(), off.block(second, first, others, 1).setZero();
+                    TEST_ASSERT_TRUE(off.maxCoeff() < (n == 0 ? 1e-12 : 0.02));
+                    // The columns that are there, and the errors.
+                    TEST_ASSERT_TRUE(off.topLeftCorner(first, first).maxCoeff() < 1e-12);
+                    TEST_ASSERT_TRUE(off(last, last) < 1e-12 && off.row(last).head(first).maxCoeff() < 1e-12);
+                }
+            }
+        }
+    }
+    // Of the rows seen alone; and nothing of a point outside.
+    dqw::Point at;
+    at.base = Eigen::Vector4d(R, L, L, 0.01), at.gain = Eigen::Vector2d(0.3, 0.3);
+    const auto seen = model.sweep_gains({at}, groups, false).front();
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, seen[1].rows);
+    TEST_ASSERT_TRUE(seen[0].rows > 2000.0);
+    at.base[1] = -L;
+    TEST_ASSERT_TRUE(model.sweep_gains({at}, groups, true).front().empty());
+}
+
 /// A lead as long as a stretch joins all of them; a piece's end ends one.
 void spans()
 {
@@ -122,6 +175,7 @@ int main()
     UNITY_BEGIN();
     RUN_TEST(stretches_alone);
     RUN_TEST(a_winding_without_resistance);
+    RUN_TEST(gains_side_by_side);
     RUN_TEST(spans);
     return UNITY_END();
 }
