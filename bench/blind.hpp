@@ -25,7 +25,7 @@ struct Drawn {
     /// block residual over the noise floor that it alone would leave, after the plain model's best fit
     double strength = 1.0;
     /// other effects that the log cannot tell from it, and those that it hardly can; see blind_class.hpp
-    std::vector<std::string> same, close;
+    std::vector<std::string> same = {}, close = {};
 };
 
 struct Case {

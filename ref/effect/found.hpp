@@ -28,8 +28,8 @@ struct TraceEffect {
 /// order that the law states.
 struct TraceInput {
     std::string effect;
-    std::vector<double> shape;
-    std::vector<double> weights;
+    std::vector<double> shape = {};
+    std::vector<double> weights = {};
     double reach = 1.0;                  ///< largest value of a heating state in the log; 1 for all others
     std::string modulation = {};         ///< of a dead time: which legs switch
     std::vector<std::int16_t> map = {};  ///< of a flux map: its table, as firmware has it
