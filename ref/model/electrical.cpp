@@ -790,22 +790,30 @@ std::vector<std::vector<BlockSum>> ElectricalModel::sweep_gains(const std::vecto
         groups.push_back(columns_of(first, &inputs));
     }
     const Pass pass(*this, first, &inputs, std::move(schedules), std::move(groups));
-    std::vector<std::vector<std::vector<BlockSum>>> sums(spans.size());
-    std::vector<std::vector<char>> ok(spans.size(), std::vector<char>(at.size(), 1));
+    // A log in many pieces has many spans: each part of them has sums of its own, so that these do not depend on how
+    // many hands there are.
+    constexpr std::size_t kMostParts = 16;
+    const std::size_t parts = std::min(spans.size(), kMostParts);
+    std::vector<std::vector<std::vector<BlockSum>>> sums(parts);
+    std::vector<std::vector<char>> ok(parts, std::vector<char>(at.size(), 1));
     side_by_side(
-        spans.size(), [&] { return RowReader(noise_); },
-        [&](std::size_t n, RowReader& rows) {
-            sums[n].assign(at.size(), empty_sums(2, 2, pass.columns));
+        parts, [&] { return RowReader(noise_); },
+        [&](std::size_t part, RowReader& rows) {
+            sums[part].assign(at.size(), empty_sums(2, 2, pass.columns));
             std::vector<std::vector<BlockSum>*> of;
-            for (std::vector<BlockSum>& s : sums[n]) of.push_back(&s);
-            run_through(pass, spans[n], rows, Fold::kinds, of, ok[n]);
+            for (std::vector<BlockSum>& s : sums[part]) of.push_back(&s);
+            for (std::size_t n = part * spans.size() / parts; n < (part + 1) * spans.size() / parts; ++n) {
+                std::vector<char> its(at.size(), 1);
+                run_through(pass, spans[n], rows, Fold::kinds, of, its);
+                for (std::size_t p = 0; p < at.size(); ++p) ok[part][p] = ok[part][p] && its[p];
+            }
         });
     for (std::size_t p = 0; p < at.size(); ++p) {
         const bool all = std::all_of(ok.begin(), ok.end(), [p](const std::vector<char>& of) { return of[p] != 0; });
-        if (!all || spans.empty()) continue;
+        if (!all || parts == 0) continue;
         out[p] = std::move(sums.front()[p]);
-        for (std::size_t n = 1; n < spans.size(); ++n)
-            for (std::size_t kind : {0, 1}) add_to(out[p][kind], sums[n][p][kind]);
+        for (std::size_t part = 1; part < parts; ++part)
+            for (std::size_t kind : {0, 1}) add_to(out[p][kind], sums[part][p][kind]);
         for (BlockSum& s : out[p])
             for (auto& g : s.gram) g.triangularView<Eigen::StrictlyUpper>() = g.transpose();
     }

@@ -101,7 +101,7 @@ std::vector<std::vector<BlockSum>> Model::sweep_gains(const std::vector<Point>& 
     for (const Point& point : at) {
         std::vector<BlockSum> sums;
         const bool ok = whole ? sweep(point, &inputs, sums) : sweep_some(point, &inputs, false, sums);
-        out.push_back(ok ? folded(plan(), sums) : std::vector<BlockSum>());
+        out.push_back(ok && !sums.empty() ? folded(plan(), sums) : std::vector<BlockSum>());
     }
     return out;
 }
