@@ -117,10 +117,10 @@ public:
         return sweep(at, candidates, sums);
     }
 
-    /// Of points that differ in their gains alone, what those sums add up to: of the rows seen, and of those held out, the
-    /// latter empty without `whole` where a model saves work by it. All may have the candidates' columns as they are at
+    /// Of points that differ in their gains alone, what those sums add up to: of the rows seen, and of those held out,
+    /// without `whole` of those alone that a model meets on its way. All may have the candidates' columns as they are at
     /// the first one's currents, and zeros where two groups of candidates meet. Nothing of a point outside the model's
-    /// domain.
+    /// domain, and of none where the first has no numbers.
     virtual std::vector<std::vector<BlockSum>> sweep_gains(const std::vector<Point>& at,
                                                            const std::vector<std::vector<Input>>& candidates,
                                                            bool whole) const;

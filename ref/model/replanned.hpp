@@ -10,7 +10,8 @@
 
 namespace dqw {
 
-/// A model with other rows held out: `plan` has its blocks, in their order. `of` outlives it.
+/// A model with other rows held out: `plan` has its blocks, in their order, or is folded_plan(), and then only for sums
+/// that are folded. `of` outlives it.
 class Replanned : public Model {
 public:
     Replanned(const Model& of, Plan plan) : of_(of), plan_(std::move(plan)) {}

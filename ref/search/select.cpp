@@ -141,9 +141,9 @@ struct Screened {
     const Candidate* candidate = nullptr;
 };
 
-/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen, as it is at `at`. They rank by the rows held
-/// out, with `whole` or where a model has those anyway, else by the rows seen less what a weight of nothing takes of them
-/// and leaves of others (Akaike's).
+/// Each candidate as a linear step from `at`, at the gain where it does best on the rows seen; what it takes is told at
+/// `at`. They rank by the rows held out, with `whole` or where a sweep has met any of those, else by the rows seen less
+/// what a weight of nothing takes of them and leaves of others (Akaike's).
 std::vector<Screened> screen(const Model& model, const Point& at, const std::vector<const Candidate*>& candidates,
                              const SelectOptions& options, bool whole)
 {

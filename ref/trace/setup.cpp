@@ -175,6 +175,19 @@ void hold_out_overmodulated(TraceSetup& setup, std::vector<Piece>& pieces)
     setup.notes.push_back(said + ": held out, neither fitted nor judged");
 }
 
+/// Some rows are seen, and some are held out: not so where guards leave nothing of a log's pieces.
+void ask_for_both(const TraceSetup& setup)
+{
+    for (const Model* model : {setup.full.get(), setup.part.get()}) {
+        if (model == nullptr) continue;
+        const std::vector<FineBlock>& blocks = model->plan().blocks;
+        const auto held = std::count_if(blocks.begin(), blocks.end(), [](const FineBlock& b) { return b.heldout; });
+        if (held == 0 || held == static_cast<std::ptrdiff_t>(blocks.size()))
+            throw std::invalid_argument(setup.logs->front().path +
+                                        ": pieces without a gap are too short to hold some out");
+    }
+}
+
 void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
 {
     const std::vector<Log>& logs = *setup.logs;
@@ -226,6 +239,7 @@ void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
         setup.part = std::make_unique<ElectricalModel>(
             logs, setup.columns, setup.pole_pairs,
             alternate_plan(windows, rows_of(windows) / kSearchWindow, kFine, 2 * kGuard), rotor_held);
+    ask_for_both(setup);
     setup.column_noise = std::make_unique<ColumnNoise>(logs, setup.search().plan().pieces);
     for (const ElectricalStart& s : electrical_starts(setup.part ? windows : pieces, setup.pole_pairs)) {
         Point start;
@@ -233,14 +247,6 @@ void electrical_setup(TraceSetup& setup, bool rotor_held, double pole_pairs)
         start.gain = Eigen::Vector2d(kStartGain, kStartGain);
         setup.starts.push_back(start);
     }
-}
-
-/// Whether some rows are seen and some are held out.
-bool has_both(const Plan& plan)
-{
-    const auto held = std::count_if(plan.blocks.begin(), plan.blocks.end(),
-                                    [](const FineBlock& b) { return b.heldout; });
-    return held > 0 && held < static_cast<std::ptrdiff_t>(plan.blocks.size());
 }
 
 void mechanical_setup(TraceSetup& setup, bool averaged)
@@ -283,9 +289,7 @@ void mechanical_setup(TraceSetup& setup, bool averaged)
         setup.part = std::make_unique<MechanicalModel>(
             logs, setup.torque, setup.angle,
             alternate_plan(windows, rows_of(windows) / (2 * kSearchWindow), fine, kGuard), half_s);
-    for (const Model* model : {setup.full.get(), setup.part.get()})
-        if (model != nullptr && !has_both(model->plan()))
-            throw std::invalid_argument(logs.front().path + ": pieces without a gap are too short to hold some out");
+    ask_for_both(setup);
     std::vector<const std::vector<double>*> of_piece;
     for (const Piece& piece : pieces)
         of_piece.push_back(&setup.torque[static_cast<std::size_t>(piece.log - logs.data())]);

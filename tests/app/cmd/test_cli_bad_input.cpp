@@ -195,6 +195,20 @@ static void time_in_no_unit(void)
 
 static void too_few_rows(void) { refused(good(20), 21, "20 rows"); }
 
+/// A trace leaves out the start of each piece, and nothing is left of these.
+static void pieces_too_short_to_trace(void)
+{
+    const std::string all = good(6000);
+    std::string text;
+    std::size_t number = 0;
+    for (std::size_t at = 0, end; (end = all.find('\n', at)) != std::string::npos; at = end + 1)
+        if (number++ % 60 < 50) text += all.substr(at, end + 1 - at);
+    const Folder folder;
+    const std::string path = folder.write("log.csv", text);
+    expect_refused(command::dqwatch({"trace", path, "--out", folder / "out"}), path, 5001,
+                   "too short to hold some out");
+}
+
 static void binary_junk(void)
 {
     refused(std::string("\x7f"
@@ -316,6 +330,7 @@ int main(void)
     RUN_TEST(time_that_does_not_increase);
     RUN_TEST(time_in_no_unit);
     RUN_TEST(too_few_rows);
+    RUN_TEST(pieces_too_short_to_trace);
     RUN_TEST(binary_junk);
     RUN_TEST(a_line_of_10_MB);
     RUN_TEST(a_header_of_10000_columns);

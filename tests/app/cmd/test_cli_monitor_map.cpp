@@ -38,6 +38,7 @@ void told(const Case& c, int seed)
     const Folder folder;
     const std::string log = mapped_drive::changed(folder, "log", c.after, seed, kBefore_s, kAfter_s);
     for (const char* arith : {"float", "q15"}) {
+        // Twice the time, of which others run the half.
         if (command::sanitized() && std::string(arith) == "float") continue;
         const std::string what = std::string(c.text) + ", seed " + std::to_string(seed) + ", " + arith;
         const command::Outcome run = monitor_command::monitor({log, "--arith", arith, "--json", "--out", folder / "o"});
